@@ -1,6 +1,7 @@
 """The keys of HuNavSim's agents.yaml and metrics.yaml."""
 
 from collections.abc import Iterator, Mapping
+import math
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +18,7 @@ BEHAVIOR_NAMES = {
     6: "threatening",
 }
 
-# What an agent's settings are called here.
+# The fields of HumanConfig by an agent's settings.
 HUMAN_FIELDS = {
     "id": "id",
     "group_id": "group_id",
@@ -28,8 +29,8 @@ HUMAN_FIELDS = {
 }
 AGENT_KEYS = (*HUMAN_FIELDS, "behavior", "init_pose", "goals", "skin")
 
-# What HuNavSim takes for settings that are missing. (Its goal radius is 0,
-# which is none here: with its margin, a goal is reached at 0.1 m.)
+# HuNavSim's values of missing settings. (Its goal radius is 0, which is invalid
+# here: with its margin, a goal is reached at 0.1 m.)
 DEFAULTS: Mapping[str, Any] = MappingProxyType(
     {
         "group_id": -1,
@@ -40,7 +41,7 @@ DEFAULTS: Mapping[str, Any] = MappingProxyType(
     }
 )
 
-# The factors of a behavior, given since HuNavSim 2.0, and those of a force.
+# The fields of forces by the factors of a behavior, since HuNavSim 2.0.
 FORCE_FIELDS = {
     "goal_force_factor": "goal_factor",
     "obstacle_force_factor": "obstacle_factor",
@@ -55,7 +56,7 @@ FORCES_MODES = {
     3: "random_uniform",
 }
 
-# Why a setting of the evaluator is not carried over.
+# The reasons why settings of the evaluator are not imported.
 METRICS_LEFT_OUT: Mapping[str, str] = MappingProxyType(
     {
         "result_file": "`hunav run --out DIR --format hunav` writes the files",
@@ -69,18 +70,14 @@ METRICS_KEYS = ("frequency", "experiment_tag", "metrics", *METRICS_LEFT_OUT)
 def left_out_of_agent(
     agent: Mapping[str, Any],
 ) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Finds what has no meaning here in the settings of an agent.
-
-    Returns:
-        For each setting the way to it, and why it is left out.
-    """
+    """Yields the path of each ignored setting of an agent, and the reason."""
     goals = agent.get("goals")
     if not isinstance(goals, list):
         goals = []
     names = [it for it in goals if isinstance(it, str)]
     for key, value in agent.items():
         if key == "skin":
-            yield (key,), "what people look like follows from their order"
+            yield (key,), "the appearance of people depends on their order"
         elif key == "init_pose" and isinstance(value, dict):
             for part in sorted(value.keys() - {"x", "y", "h"}, key=str):
                 yield (key, part), "people stand on the floor"
@@ -93,20 +90,11 @@ def left_out_of_agent(
             for part in sorted(value.keys() - {"x", "y"}, key=str):
                 yield (key, part), "a goal is a point, without a heading"
         elif key not in AGENT_KEYS and key not in names:
-            yield (key,), "is not known, or a goal that is not walked to"
+            yield (key,), "is unknown, or a goal that is not used"
 
 
 def steps_for(period: float, usual: float) -> float:
-    """Returns the time step with which a period is some steps long.
-
-    Args:
-        period: In seconds.
-        usual: The time step that is kept if it can be, in seconds; else, the
-            longest that is not longer.
-    """
+    """Returns a time step (s), at most `usual`, that divides a period."""
     if is_multiple(period, usual):
         return usual
-    count = 1
-    while period / count > usual:
-        count += 1
-    return period / count
+    return period / math.ceil(period / usual)

@@ -1,8 +1,8 @@
-"""Reads HuNavSim's own files: agents.yaml and metrics.yaml.
+"""Reads HuNavSim's files agents.yaml and metrics.yaml.
 
-Both are parameter files of ROS 2 nodes. What they say about people becomes
-HumanConfigs, what they say about metrics an EvaluatorConfig. Settings that
-mean nothing here (the skins, the heights) are left out, and told.
+Both are parameter files of ROS 2 nodes. The settings of people become
+HumanConfigs, those of metrics an EvaluatorConfig. Settings without a meaning
+here (skins, heights) are ignored and reported.
 """
 
 from pathlib import Path
@@ -29,32 +29,31 @@ def ImportAgents(
 ) -> Scenario:
     """Reads the people of HuNavSim's agents.yaml as a scenario.
 
-    `max_vel` becomes the desired speed, and the behaviors become those of the
-    same names. Whether they are available is not asked here: a scenario is
-    checked for that when it is loaded or run. Of HuNavSim 2.0's settings of a
-    behavior, the configuration becomes the `forces_mode`, and the factors of
-    the forces are taken if that is custom (1), whatever they are. Durations,
-    speeds and distances of reactions become ports of the behavior: as written
-    (1), HuNavSim's (0), or drawn once by the person's number (2 and 3): see
-    `hunav_drake.hunavsim.reactions`. What is missing is what HuNavSim takes for
-    it: goals are cyclic, and `max_vel` is 1.0 m/s.
+    `max_vel` becomes the desired speed, and behaviors become those of the same
+    names. Their availability is checked when a scenario is loaded or run. The
+    configuration of a behavior in HuNavSim 2.0 becomes the `forces_mode`. The
+    factors of the forces are used if it is custom (1), without a limit.
+    Durations, speeds and distances of reactions become ports of the behavior:
+    the given values (1), HuNavSim's (0), or values drawn once by the person's
+    number (2 and 3): see `hunav_drake.hunavsim.reactions`. Missing settings
+    have the values of HuNavSim: goals are cyclic, and `max_vel` is 1.0 m/s.
 
-    The world of the result is the map that the file names, if there is such a
-    file of map_server beside it, or the one that is given. The file says
-    nothing about the robot: one of the default kind stands at (0, 0, 0)
-    without a goal.
+    The world of the result is the given map, or the map that the file names if
+    its map_server file is in the same folder. The file does not describe the
+    robot: a default one stands at (0, 0, 0) without a goal.
 
     Args:
         filename: The agents.yaml.
-        metrics_filename: A metrics.yaml, whose frequency and chosen metrics
-            become the evaluator's, and whose experiment tag is in the name; by
-            default the evaluator is the default one. A frequency of 0 means
-            every step. If it is not one of whole steps, as 30 Hz is, the time
-            step becomes shorter.
-        map_filename: The YAML file of a map, which is that of the world.
-        profile: The profile of the crowd: "hunavsim" moves people as there.
-        left_out: Gets what could not be carried over, with its places;
-            `group_notes` makes few lines of it.
+        metrics_filename: A metrics.yaml, which gives the frequency and the
+            metrics of the evaluator, and an experiment tag for the name; by
+            default, the evaluator is the default one. A frequency of 0 means
+            every step. The time step becomes shorter if the period is not a
+            multiple of it, as with 30 Hz.
+        map_filename: The YAML file of the map of the world.
+        profile: The profile of the crowd: with "hunavsim", people move as in
+            HuNavSim.
+        left_out: Receives the settings that were not imported, with their
+            places; `group_notes` summarizes them.
 
     Raises:
         ScenarioError: If a file cannot be read, or does not have that form.

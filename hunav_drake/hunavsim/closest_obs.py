@@ -1,7 +1,7 @@
-"""Obstacles that another simulator tells people one by one.
+"""Obstacles that another simulator passes for each person.
 
-In HuNavSim, each agent of a request brings the points of obstacles near it,
-`closest_obs`: it feels these, and no others.
+In HuNavSim, each agent of a request has the points of obstacles near it,
+`closest_obs`: only these act on it.
 """
 
 from collections.abc import Sequence
@@ -9,9 +9,9 @@ import dataclasses as dc
 import functools
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     MOTION_SIZE,
@@ -28,15 +28,13 @@ from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.world.obstacles import Obstacles
 
-Array = NDArray[np.float64]
-
 
 class PeopleAtPoints:
-    """Steps of people some of whom feel given points instead of the walls.
+    """Steps of people with given points instead of walls for some of them.
 
-    All of a person's points push, however far they are; the walls do not, nor
-    do they lead the person around or stop the person. What hides the robot
-    from people are still the walls.
+    All points of a person exert forces, at any distance. For this person, the
+    walls exert no force, are no obstacle to motion and are not planned around.
+    Walls still hide the robot from all people.
     """
 
     def __init__(
@@ -48,7 +46,7 @@ class PeopleAtPoints:
         config: CrowdConfig | None,
         time_step: float,
     ) -> None:
-        """Takes a diagram of `MakeHumans` and what it was made of."""
+        """Takes a diagram of `MakeHumans` and its arguments."""
         config = config or CrowdConfig()
         self._crowd = diagram.GetSubsystemByName("crowd")
         self._humans = complete_people(humans, config.profile)
@@ -63,18 +61,17 @@ class PeopleAtPoints:
         *,
         one_by_one: bool = False,
     ) -> Array | None:
-        """Returns where all people are one step later.
+        """Returns the states of all people one step later.
 
         Args:
-            context: Of the diagram; it is not changed.
-            points: As `read_closest_obs` gives them; nobody has any by
-                default.
-            one_by_one: Whether nobody else has moved when a person does, also
-                by the rules of HuNavSim.
+            context: A Context of the diagram; it is not changed.
+            points: The result of `read_closest_obs`; by default, no points.
+            one_by_one: Whether each person moves as if nobody else had moved
+                before, also with the rules of HuNavSim.
 
         Returns:
-            Shape (n, 6), rows (x, y, yaw, vx, vy, omega); None if that is what
-            a step of the diagram gives.
+            Shape (n, 6), rows (x, y, yaw, vx, vy, omega); None if a step of
+            the diagram has the same result.
         """
         points = points or [None] * len(self._humans)
         in_turn = getattr(self._config.model, "kernel", "") == "hunavsim"
@@ -101,7 +98,7 @@ class PeopleAtPoints:
         return _move_at_once(steps, now, stood)
 
     def _steps(self, points: Sequence[Array | None]) -> list[CrowdStep]:
-        """Returns for each person a step of a crowd who feel the same."""
+        """Returns the step of each person: a crowd at the same obstacles."""
         at_points = dc.replace(
             self._config,
             obstacle_range=MAX_COORDINATE,
@@ -131,7 +128,7 @@ class PeopleAtPoints:
 
 @dc.dataclass(frozen=True)
 class _Now:
-    """What `CrowdStep.look` takes."""
+    """The arguments of `CrowdStep.look`."""
 
     states: Array
     command: Array
@@ -147,10 +144,10 @@ class _Now:
 def _move_at_once(
     steps: Sequence[CrowdStep], now: _Now, stances: Array
 ) -> Array:
-    """Returns the states after a step that all take from one snapshot.
+    """Returns the states after a step in which all move at once.
 
-    So everybody is moved by the own forces in each of the steps: bodies keep
-    apart where they really are.
+    In each person's step, all people move by their own forces, so that bodies
+    keep apart at their real places.
     """
     looks = [now.look(step) for step in steps]
     forces = np.array(
@@ -171,9 +168,8 @@ def _move_in_turn(
 ) -> Array:
     """Returns the states after a step by HuNavSim's rules.
 
-    Who reacts to the robot moves once those have whose turn it was before, by
-    their own points, if not one by one; so all others stay while a person
-    moves.
+    A person who reacts to the robot sees those who moved before, unless people
+    move one by one. All others stay while a person moves.
     """
     turns = now.look(steps[0]).turns
     rows = np.arange(len(steps)) if turns is None else turns

@@ -1,4 +1,4 @@
-"""All that is not as in HuNavSim, on purpose, and why: `differences.yaml`."""
+"""The intended differences from HuNavSim, read from `differences.yaml`."""
 
 from collections.abc import Iterable, Mapping
 import dataclasses as dc
@@ -10,7 +10,7 @@ import yaml
 
 Area = Literal["forces", "behaviors", "steps", "services", "metrics"]
 
-# What the areas are called, in order.
+# The titles of the areas, in order.
 AREAS: Mapping[Area, str] = MappingProxyType(
     {
         "forces": "Forces and walls",
@@ -21,24 +21,25 @@ AREAS: Mapping[Area, str] = MappingProxyType(
     }
 )
 
-# The areas that the profile is about.
+# The areas that the profile affects.
 PROFILE_AREAS: tuple[Area, ...] = ("forces", "behaviors", "steps")
 
 
 @dc.dataclass(frozen=True, kw_only=True)
 class Difference:
-    """Something that is not as in HuNavSim, on purpose.
+    """An intended difference from HuNavSim.
 
     Attributes:
-        area: What part of the program it is about.
-        name: What it is called; by default, the names of its metrics.
-        original: What HuNavSim does.
-        here: What is done here.
+        area: The part of the program.
+        name: Its name; by default, the names of its metrics.
+        original: The behavior of HuNavSim.
+        here: The behavior of this package.
         why: The reason.
-        key: What in a scenario undoes it alone; empty if nothing does.
+        key: The setting of a scenario that undoes only this difference; empty
+            if there is none.
         by_profile: Whether `crowd: {profile: hunavsim}` undoes it.
-        metrics: The metrics that it is about.
-        series: Whether only their series differ, and not the values.
+        metrics: The affected metrics.
+        series: Whether only their time series differ, not their values.
     """
 
     area: Area
@@ -72,7 +73,7 @@ def _read_differences() -> tuple[Difference, ...]:
 
 DIFFERENCES: tuple[Difference, ...] = _read_differences()
 
-# Of the metrics whose value differs, why.
+# The reasons of differences by metrics with other values.
 METRIC_REASONS: Mapping[str, str] = MappingProxyType(
     {
         name: f"HuNavSim: {row.original}; here: {row.here}"
@@ -84,12 +85,12 @@ METRIC_REASONS: Mapping[str, str] = MappingProxyType(
 
 
 def differences_of_metric(name: str) -> list[Difference]:
-    """Returns how a metric, or its series, differs from HuNavSim's."""
+    """Returns the differences of a metric, or of its time series."""
     return [row for row in DIFFERENCES if name in row.metrics]
 
 
 def left_by_profile() -> list[Difference]:
-    """Returns what differs in how people move even with the profile."""
+    """Returns the differences of motion that remain with the profile."""
     return [
         row
         for row in DIFFERENCES

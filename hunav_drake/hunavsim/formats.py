@@ -1,4 +1,4 @@
-"""Registers HuNavSim's formats where scenarios and runs look for them."""
+"""Registers HuNavSim's formats for scenarios and runs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from hunav_drake.trial.result import TrialResult
 
 
-# Each loads what it needs when it is called: this is imported by whoever
-# imports the package.
+# The functions import what they need when called, because this module is
+# imported with the package.
 def _read_agents(document: YamlDocument) -> HunavImport:
     from hunav_drake.hunavsim.agents_yaml import convert_agents
 

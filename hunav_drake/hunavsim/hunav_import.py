@@ -1,4 +1,4 @@
-"""Converts the documents of HuNavSim's files to the data of a scenario."""
+"""Converts HuNavSim's files to the plain data of a scenario."""
 
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
@@ -49,27 +49,24 @@ AGENTS_KEY = "hunav_loader"
 _METRICS_KEY = "hunav_evaluator_node"
 _PARAMETERS = "ros__parameters"
 
-# A file with more faults than this is not looked through to its end.
+# The limits of reported faults and of reported ignored settings.
 _MAX_FAULTS = 100
-
-# Nor is more said about what is left out.
 _MAX_LEFT_OUT = 1000
 
-# What people are by default here.
+# The defaults of people here.
 _USUAL = HumanConfig(pose=(0.0, 0.0, 0.0))
 
 _NONE: Mapping[Loc, str] = MappingProxyType({})
 
 
 class HunavImport:
-    """The plain data of a scenario, and where HuNavSim's files say them.
+    """The plain data of a scenario, and their places in HuNavSim's files.
 
     Attributes:
         name: The name of the agents' file.
         data: The scenario so far.
-        places: Where its parts come from.
-        left_out: What could not be carried over, and what was taken for
-            granted.
+        places: The places of its parts.
+        left_out: The settings that were not imported, or assumed.
     """
 
     def __init__(self, document: YamlDocument) -> None:
@@ -89,14 +86,14 @@ class HunavImport:
     def build(
         self, checks: Sequence[Check], overrides: Mapping[Loc, str] = _NONE
     ) -> Scenario:
-        """Makes the scenario.
+        """Builds the scenario.
 
         Args:
-            checks: What it must pass beyond the schema.
-            overrides: The parts that were set on the command line, and how.
+            checks: The checks beyond the schema.
+            overrides: The text of the override of each overridden part.
 
         Raises:
-            ScenarioError: With all that is wrong in the files.
+            ScenarioError: With all faults of the files.
         """
         scenario, findings = build_scenario(self.data, checks, self._known)
         places = dc.replace(self.places, overrides=overrides)
@@ -136,12 +133,9 @@ class HunavImport:
             self._report((*loc, "agents", i), problem)
 
     def add_map(self, folder: Path, filename: str | Path | None) -> None:
-        """Adds a map.
+        """Adds a map: a given YAML file, or that of the agents' file.
 
-        Args:
-            folder: Where the map of the name that the agents' file has is
-                looked for.
-            filename: The YAML file of the map, if it is given.
+        The latter must be in `folder`.
         """
         loc: Loc = (AGENTS_KEY, _PARAMETERS, "map")
         if filename is None:
@@ -260,7 +254,7 @@ class HunavImport:
     def _add_reaction(
         self, given: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
     ) -> None:
-        """Adds what HuNavSim 2.0's files say of a reaction."""
+        """Adds the settings of a reaction in HuNavSim 2.0's files."""
 
         def tell(key: str, message: str) -> None:
             self._leave_out((*loc, key), message)
@@ -276,7 +270,7 @@ class HunavImport:
     def _choice(
         self, number: Any, names: Mapping[int, str], loc: Loc
     ) -> str | None:
-        """Returns the name of a number; reports one that is not known."""
+        """Returns the name of a number; reports an unknown one."""
         if type(number) is int and number in names:
             return names[number]
         known = ", ".join(f"{k} {v}" for k, v in names.items())
@@ -320,7 +314,7 @@ class HunavImport:
     def _numbers(
         self, point: Any, loc: Loc, here: Loc, *, heading: bool = False
     ) -> list[Any] | None:
-        """Returns x, y and perhaps h of a point; reports what is missing."""
+        """Returns x, y and perhaps h of a point; reports missing ones."""
         if not isinstance(point, dict):
             rule = "must be a mapping with x and y"
             self._report(loc, f"{rule}, got {shown(point)}")
@@ -336,7 +330,7 @@ class HunavImport:
         return [point.get(key, 0.0) for key in keys]
 
     def _look_for_typing_errors(self, agent: dict[str, Any], loc: Loc) -> None:
-        """Reports a key that looks like a known one; others are let be."""
+        """Reports keys that are similar to known ones."""
         for key in agent:
             if key in AGENT_KEYS or len(key) > 20:
                 continue
@@ -365,8 +359,8 @@ class HunavImport:
         raise ScenarioError(document.name, self._faults)
 
     def _set_time_step(self, period: float, usual: float, loc: Loc) -> None:
-        """Makes a time step with which a period is some steps long."""
-        # What is out of all range is told when the scenario is built.
+        """Sets a time step that divides a period."""
+        # A period out of range is reported when the scenario is built.
         if not usual * 1e-3 <= period <= 60:
             return
         step = steps_for(period, usual)

@@ -1,28 +1,28 @@
-"""What an import of HuNavSim's files leaves out, in few lines."""
+"""The settings that an import of HuNavSim's files ignores."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from hunav_drake.scenario.error import Fault, Loc, path_text
 
-# So many people are named in a line.
+# The number of people named in a line.
 _MOST_NAMES = 5
 
 
 @dataclass(frozen=True)
 class LeftOut(Fault):
-    """What could not be carried over, or was taken for granted.
+    """A setting that was not imported, or assumed.
 
     Attributes:
-        loc: The way to it among the parameters of the file's node: of people
-            the name, and where it is with them.
+        loc: Its path in the parameters of the file's node; for people, it
+            starts with the name.
     """
 
     loc: Loc = ()
 
 
 def group_notes(left_out: Iterable[LeftOut]) -> list[str]:
-    """Returns a line for each kind of thing, with the people it holds for."""
+    """Returns a line for each kind of setting, with the affected people."""
     groups: dict[tuple[str, str, bool, str], list[LeftOut]] = {}
     for it in left_out:
         is_own = len(it.loc) > 1
@@ -36,7 +36,7 @@ def group_notes(left_out: Iterable[LeftOut]) -> list[str]:
 def _line(own: list[LeftOut]) -> str:
     first = own[0]
     ways = {it.loc[1:] for it in own}
-    # Goals have names of their own.
+    # Goals have different names.
     way = first.loc[1:] if len(ways) == 1 else first.loc[-1:]
     names = list(dict.fromkeys(str(it.loc[0]) for it in own))
     more = len(names) - _MOST_NAMES

@@ -1,8 +1,7 @@
-"""The settings of a reaction in HuNavSim 2.0's agents.yaml, as ports of ours.
+"""The settings of a reaction in HuNavSim 2.0's agents.yaml, as ports.
 
-There, the loader of the file sets them by the `configuration`: to what it takes
-for usual (0), as they are written (1), or to what it draws, from a normal (2)
-or a uniform distribution (3).
+In HuNavSim, the `configuration` decides: default values (0), the given values
+(1), or values drawn from a normal (2) or a uniform distribution (3).
 """
 
 from collections.abc import Callable, Mapping
@@ -16,7 +15,7 @@ from hunav_drake.systems.common.random_streams import (
 )
 from hunav_drake.systems.people.human_config import ForcesMode
 
-# The seed of what is drawn: a file is the same scenario whoever imports it.
+# The seed of the draws: a file always becomes the same scenario.
 _SEED = 0
 
 
@@ -24,12 +23,12 @@ class Setting(NamedTuple):
     """One setting of a reaction.
 
     Attributes:
-        port: What it is called here.
-        usual: What the loader takes for usual; None for the person's `max_vel`.
+        port: The name of the port here.
+        usual: HuNavSim's default; None for the person's `max_vel`.
         mean: The mean of the normal distribution.
         deviation: Its standard deviation.
-        least: What is drawn below this becomes this. (Where nothing is said
-            there, 0: a negative time is over, and nobody walks at less.)
+        least: The lower limit of its draws; 0 if HuNavSim has none, because
+            negative times and speeds have the same effect.
         low: The lower end of the uniform distribution.
         high: Its upper end.
     """
@@ -79,7 +78,7 @@ SETTINGS: Mapping[str, Mapping[str, Setting]] = MappingProxyType(
     }
 )
 
-# What the loader takes for settings that are missing.
+# HuNavSim's values of missing settings.
 _MISSING: Mapping[str, Any] = MappingProxyType(
     {
         "duration": 40.0,
@@ -91,11 +90,10 @@ _MISSING: Mapping[str, Any] = MappingProxyType(
 )
 REACTION_KEYS = (*_MISSING,)
 
-# It limits speeds to this, in m/s.
+# HuNavSim's limit of speeds, in m/s.
 _MAX_VEL = 1.8
 
-# Where it keeps the factors of forces that are not custom, and so what it
-# thinks to be sound; those that are custom, it takes as they are.
+# HuNavSim's limits of factors of forces, except custom ones.
 FACTOR_RANGES: Mapping[str, tuple[float, float]] = MappingProxyType(
     {
         "goal_force_factor": (2.0, 5.0),
@@ -113,15 +111,14 @@ def reaction_ports(
     """Returns the ports of a person's reaction.
 
     Args:
-        human: The fields of the person, with the name of the behavior. Those
-            that are no reactions have no ports.
-        given: What the file says of the behavior.
-        count: How many people there are with this one, whose number it is if
-            there is no other. Draws follow from the person's number.
-        tell: Gets a key, and what is not as it is written there.
+        human: The fields of the person, with the name of the behavior. A
+            behavior without a reaction has no ports.
+        given: The settings of the behavior in the file.
+        count: The person's default number. The number determines the draws.
+        tell: Receives a key, and how the used value differs from the file.
 
     Returns:
-        By port the key in the file, and the value.
+        The key in the file and the value of each port.
     """
     behavior = human["behavior"]
     mode: ForcesMode = human["forces_mode"]
@@ -182,7 +179,7 @@ def _drawn(
 
 
 def _tell_factors(mode: str, given: Mapping[str, Any], tell: Tell) -> None:
-    """Tells what is not usual, or has no part, of the factors of forces."""
+    """Reports factors of forces that are unusual or ignored."""
     for key, (low, high) in FACTOR_RANGES.items():
         if key not in given:
             continue

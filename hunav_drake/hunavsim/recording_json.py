@@ -1,4 +1,4 @@
-"""Reads recordings from the messages of HuNavSim, step by step."""
+"""Reads recordings of HuNavSim's messages in JSON."""
 
 from collections.abc import Mapping
 import json
@@ -16,7 +16,7 @@ from hunav_drake.systems.evaluation.recording import (
     Recording,
 )
 
-# What every entry of the robot or an agent has.
+# The required keys of the robot and of each agent.
 _STATE_KEYS = (
     "x",
     "y",
@@ -28,17 +28,17 @@ _STATE_KEYS = (
     "radius",
 )
 
-# What does not change of an agent, and what it is if it is not told.
+# The keys of an agent that must not change, with their defaults.
 _CONSTANT = {"behavior": 1, "group_id": -1}
 
 _SECOND = 10**9
 
 
 def parse_json(text: str) -> Recording:
-    """Makes a recording of messages in JSON: see `ReadRecording`.
+    """Makes a recording from messages in JSON: see `ReadRecording`.
 
     Raises:
-        ValueError: If it is not such a text. It names the place.
+        ValueError: If the text is not of that form, with the place.
     """
     try:
         document = json.loads(text)
@@ -67,7 +67,7 @@ def parse_json(text: str) -> Recording:
 
 
 def _find_people(steps: list[Any], place: str) -> dict[Any, Mapping[str, Any]]:
-    """Returns the first entry of each agent by its id, after a check of all."""
+    """Returns the first entry of each agent by id; checks all entries."""
     people: dict[Any, Mapping[str, Any]] = {}
     first: dict[Any, str] = {}
     for k, step in enumerate(steps):
@@ -96,7 +96,7 @@ def _find_people(steps: list[Any], place: str) -> dict[Any, Mapping[str, Any]]:
 
 
 def _find_steps(document: Any) -> tuple[list[Any], str, Any, Any]:
-    """Returns the steps, where they are, and the goal and its radius."""
+    """Returns the steps, their place, the goal and its radius."""
     place = "steps"
     steps = document
     holders: list[dict[str, Any]] = []
@@ -128,8 +128,8 @@ def _find_steps(document: Any) -> tuple[list[Any], str, Any, Any]:
 def _stamps(steps: list[Any], place: str) -> Array:
     """Returns the times since the first step, in seconds.
 
-    In whole nanoseconds, since those are lost in a number of seconds that is
-    as large as the time of day. A stamp that is repeated is moved on by one.
+    They are computed in whole nanoseconds, because a float of the time of day
+    is less accurate. A repeated stamp is increased by one nanosecond.
     """
     stamps: list[int] = []
     times: list[int] = []
@@ -150,7 +150,7 @@ def _stamps(steps: list[Any], place: str) -> Array:
 
 
 def _bodies(steps: list[Any], place: str, ids: list[Any]) -> dict[str, Any]:
-    """Returns the arrays of a Recording, rows of people in the order of ids."""
+    """Returns the arrays of a Recording, with people in the order of ids."""
     row = {id: i for i, id in enumerate(ids)}
     samples, n = len(steps), len(ids)
     robot = np.empty((samples, STATE_SIZE))
@@ -209,9 +209,9 @@ def _add_points(
 def _state(body: Mapping[str, Any], place: str) -> list[float]:
     """Returns the row of a robot or a person.
 
-    HuNavSim takes speeds from a field of their own, which is rounded to single
-    precision, and limited in Gazebo: the velocity gets that length. Who has a
-    speed and no velocity moves along the heading.
+    HuNavSim uses a separate field for the speed, which is rounded to single
+    precision, and limited in Gazebo: the velocity gets this length. With a
+    speed and no velocity, the direction is the heading.
     """
     x, y, yaw, vx, vy, speed, omega, radius = (
         _number(body[key], f"{place}.{key}") for key in _STATE_KEYS
@@ -265,7 +265,7 @@ def _numbers(value: Any, count: int, place: str) -> list[float]:
 
 
 def _number(value: Any, place: str) -> float:
-    # What is not finite is written as "nan" or "inf" in JSON.
+    # JSON files contain texts for numbers that are not finite.
     if not isinstance(value, bool) and isinstance(value, int | float | str):
         try:
             number = float(value)

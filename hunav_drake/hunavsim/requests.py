@@ -1,18 +1,17 @@
-"""What another simulator says in a request, as arrays."""
+"""Arrays from the requests of another simulator."""
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.crowd.limits import LARGEST
 
-Array = NDArray[np.float64]
-
-# For each person the points, shape (k, 2), or None for the walls.
+# Points of shape (k, 2) for each person, or None for the walls.
 ClosestObs = Sequence[ArrayLike | None]
 
 
@@ -21,12 +20,12 @@ def read_closest_obs(given: ClosestObs | None, count: int) -> list[Any]:
 
     Args:
         given: For each person points (x, y) in W, in meters, or (x, y, z) as
-            in HuNavSim's messages; None for who feels the walls.
-        count: How many people there are.
+            in HuNavSim's messages; None for a person at the walls.
+        count: The number of people.
 
     Raises:
-        ValueError: If there are not as many as people, or points are not
-            finite, or beyond 1e5 m.
+        ValueError: If the number of entries is not that of people, or a point
+            is not finite or beyond 1e5 m.
     """
     if given is None:
         return [None] * count
@@ -64,7 +63,7 @@ def _points(points: Any, index: int) -> Array | None:
 
 
 def points_key(points: Sequence[Array | None]) -> bytes:
-    """Returns points as what is equal if they are."""
+    """Returns bytes that are equal for equal points."""
     return b"".join(
         b"-" if own is None else f"{len(own)}:".encode() + own.tobytes()
         for own in points
@@ -75,7 +74,7 @@ def read_rows(values: Any, count: int, name: str) -> Array:
     """Returns rows of states, shape (count, 7); the name is for messages.
 
     Raises:
-        ValueError: If there are not as many, or they are not finite.
+        ValueError: If the number of rows is wrong, or they are not finite.
     """
     try:
         rows = np.asarray(values, dtype=float)

@@ -1,8 +1,8 @@
-"""The files of HuNavSim's evaluator, as texts with tabs between the cells.
+"""The files of HuNavSim's evaluator, as texts with tab-separated cells.
 
-They have HuNavSim's names of files and columns, for programs that read those.
-Only the metrics that HuNavSim has are in them; the values are those of this
-package, and what has no value is nan.
+Names of files and columns are those of HuNavSim, for programs that read them.
+The files contain only the metrics of HuNavSim, with the values of this package;
+missing values are nan.
 """
 
 import math
@@ -13,7 +13,7 @@ from hunav_drake.hunavsim.agents_yaml import BEHAVIOR_NAMES
 from hunav_drake.systems.evaluation.metric import TABLE_I
 from hunav_drake.trial.result import TrialResult
 
-# HuNavSim's names where they are others.
+# HuNavSim's names of metrics that have other names here.
 _RENAMED = {
     "avg_dist_to_closest_person": "avg_distance_to_closest_person",
     "min_dist_to_people": "minimum_distance_to_people",
@@ -28,12 +28,12 @@ _RENAMED = {
     "avg_robot_jerk": "avg_overacceleration",
 }
 
-# HuNavSim's names by those here.
+# HuNavSim's names by the names here.
 HUNAV_NAMES = {
     name: _RENAMED.get(name, name) for name in (*TABLE_I, "max_dist_to_people")
 }
 
-# These are whole numbers.
+# The metrics that are whole numbers.
 _COUNTS = ("robot_on_person_collisions", "person_on_robot_collisions")
 
 
@@ -48,7 +48,7 @@ def hunav_texts(result: TrialResult, tag: str) -> dict[str, str]:
 
     Args:
         result: The run.
-        tag: The `experiment_tag`, which tells this run from others.
+        tag: The `experiment_tag`, which identifies this run.
     """
     numbers = {name: number for number, name in BEHAVIOR_NAMES.items()}
     texts = {

@@ -15,7 +15,8 @@ from hunav_drake.hunavsim.requests import (
     read_closest_obs,
     read_rows,
 )
-from hunav_drake.hunavsim.stepwise import Array, StepwiseHumans
+from hunav_drake.hunavsim.stepwise import StepwiseHumans
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people import HumanConfig
@@ -25,19 +26,20 @@ from hunav_drake.systems.world.shapes import World
 from hunav_drake.trial.humans import MakeHumans
 from hunav_drake.trial.seeds import SetHumansSeed
 
-# A duration is a number of steps if it is within this part of a step of one:
-# simulators keep their time in single precision, or add it up.
+# The tolerance of a duration, in steps: simulators keep their time in single
+# precision, or add it up.
 _TOLERANCE = 1e-4
 
 
 class Agents(NamedTuple):
-    """People as they are after a call.
+    """The people after a call.
 
     Attributes:
         states: Shape (n, 7), rows (x, y, yaw, vx, vy, omega, radius) in W, in
-            SI units: see `common.layout`. Of one person, (7,).
+            SI units: see `common.layout`. Shape (7,) for one person.
         behavior_status: Shape (n,): 1 (or more) for people whose reaction to
-            the robot was active in the last step, else 0. Of one person, ().
+            the robot was active in the last step, else 0. Shape () for one
+            person.
     """
 
     states: Array
@@ -48,15 +50,14 @@ _Given = tuple[bytes, bytes, bytes]
 
 
 class _Round(NamedTuple):
-    """A step of everybody that `move_agent` takes person by person.
+    """A step of all people that `move_agent` takes person by person.
 
     Attributes:
-        given: What the other simulator said: the states of people and robots,
-            and obstacles; None if nothing was said, but one person goes on
-            alone.
-        after: Everybody a step later.
-        status: What they react to in it.
-        moved: Whose step has been taken; changed.
+        given: The input of the other simulator: states of people and robots,
+            and obstacles; None if one person continues without input.
+        after: The Context one step later.
+        status: The behavior status of all people in the step.
+        moved: The indices of people who took the step; changed.
     """
 
     given: _Given | None
@@ -68,11 +69,11 @@ class _Round(NamedTuple):
 class AgentServices:
     """Moves people for a simulator that owns the world.
 
-    The other simulator knows where everybody is: it passes that in, gets back
-    where people go, moves its bodies there, and calls again. The calls are
-    HuNavSim's four services, `compute_agents`, `compute_agent`, `move_agent`
-    and `reset_agents`; unlike there, the first call moves people as any other
-    does, and `reset_agents` resets behaviors, too.
+    The other simulator passes all states, gets the new states of people, moves
+    its bodies there, and calls again. The calls are HuNavSim's four services,
+    `compute_agents`, `compute_agent`, `move_agent` and `reset_agents`. Unlike
+    in HuNavSim, the first call moves people as any other does, and
+    `reset_agents` resets behaviors, too.
 
         services = AgentServices(people, num_robots=1)
         states = services.agents.states
@@ -81,8 +82,8 @@ class AgentServices:
             states = my_simulator_moves(states)
 
     The people are the diagram of `MakeHumans`, so they move as in a trial.
-    What they have in mind (their goal, a reaction) is kept in a Context, which
-    can be saved and put back:
+    Their memory (goal, reaction) is in a Context, which can be saved and
+    restored:
 
         saved = services.context.Clone()
         ...
@@ -102,21 +103,20 @@ class AgentServices:
         """Constructs the services.
 
         Args:
-            humans: The people; there may be none. Those without a number
-                have 1, 2, ... in order, without those that are taken.
-            obstacles: The walls that they feel, or the world that has them;
-                none by default.
-            config: How they move.
-            num_robots: How many robots they meet.
+            humans: The people; there may be none. People without a number
+                get the next free one of 1, 2, ...
+            obstacles: The walls, or the world with the walls; none by default.
+            config: The motion model of people, and their perception.
+            num_robots: The number of robots.
             time_step: The length of a step, in seconds.
-            seed: What drawn weights follow from, in [0, 2^63), until
-                `reset_agents` is given another one.
+            seed: The seed of drawn weights, in [0, 2^63), until
+                `reset_agents` gets another one.
 
         Raises:
-            BehaviorTreeError: If a behavior is not known, or faulty.
-            ValueError: If an argument is refused by `MakeHumans`, like two
-                people with the same number.
-            TypeError: If an argument is of another kind.
+            BehaviorTreeError: If a behavior is unknown or faulty.
+            ValueError: If `MakeHumans` refuses an argument, such as two people
+                with the same number.
+            TypeError: If an argument has the wrong type.
         """
         self._diagram = MakeHumans(
             humans,
@@ -145,16 +145,16 @@ class AgentServices:
         self._num_robots = num_robots
         self._time_step = time_step
         self._context = self._diagram.CreateDefaultContext()
-        # What is left to do of a step: a function of the Context and of what
-        # was given, and so no state of its own.
+        # The rest of a step: a function of the Context and of the input, and
+        # therefore no further state.
         self._round: _Round | None = None
 
     @property
     def context(self) -> Context:
-        """All that these services know; a clone of it can be put back.
+        """The whole state of these services; it can be set to a clone.
 
         Raises:
-            RuntimeError: If what is put back is of other people.
+            RuntimeError: If a Context of other people is set.
         """
         return self._context
 
@@ -166,7 +166,7 @@ class AgentServices:
 
     @property
     def agents(self) -> Agents:
-        """The people as they are known, with no reaction active."""
+        """The current people, with behavior status 0."""
         status = np.zeros(len(self._ids), dtype=np.int64)
         return Agents(self._people.GetStates(self._context), status)
 
@@ -177,30 +177,30 @@ class AgentServices:
         dt: float | None = None,
         closest_obs: ClosestObs | None = None,
     ) -> Agents:
-        """Returns where all people are `dt` later.
+        """Moves all people by a time `dt`, and returns them.
 
         Args:
-            humans: Where they are now, and how they move, in the form of
-                `Agents.states` of everybody. The radii are not read: they are
-                those of the configurations.
-            robot: The robots, rows of the same form; they stay as given for
-                the time of the call. It can be left out if there are none.
-            dt: How much time passes, in seconds: a whole number of steps; one
-                step by default.
-            closest_obs: For each person the points of obstacles near it, rows
-                (x, y) in W, in meters, as in HuNavSim's messages; in this call
-                the person feels all of these, and no walls. None for who feels
-                the walls, as all do by default. What hides the robot from
-                people are the walls in any case.
+            humans: The current states of all people, in the form of
+                `Agents.states`. Radii are not read: those of the
+                configurations apply.
+            robot: The states of the robots in the same form, constant during
+                the call. It can be omitted without robots.
+            dt: The time, in seconds, a multiple of the time step; by default,
+                one step.
+            closest_obs: For each person, the points of obstacles nearby, rows
+                (x, y) in W, in meters, as in HuNavSim's messages. In this call,
+                all these points act on the person, and no walls. None for a
+                person on whom the walls act, the default for all. Walls hide
+                the robot in either case.
 
         Raises:
-            ValueError: If an array does not have that shape or is not finite,
-                or if `dt` is not such a number.
-            TypeError: If `dt` is not a number at all, or if a leaf of one's
-                own does not return what it must.
-            BehaviorTreeError: If a leaf of one's own raises an error, or
-                writes what cannot be; people are then where the step before
-                has brought them.
+            ValueError: If an array has another shape or is not finite, or if
+                `dt` is not a multiple of the time step.
+            TypeError: If `dt` is not a number, or if a user-defined leaf
+                returns a wrong type.
+            BehaviorTreeError: If a user-defined leaf raises an error or writes
+                an invalid value; people then have the states of the previous
+                step.
         """
         steps = self._count_steps(dt)
         context = self._context
@@ -214,18 +214,18 @@ class AgentServices:
         return Agents(self._people.GetStates(context), status)
 
     def compute_agent(self, agent_id: int, dt: float | None = None) -> Agents:
-        """Returns where one person is `dt` later, going by what is known.
+        """Moves one person by a time `dt` from the current states.
 
-        What is known is what the last call was given, and what came of it.
-        The others stay where they are.
+        These are the input and the result of the last call. The other people
+        do not move.
 
         Args:
             agent_id: The number of the person.
             dt: As for `compute_agents`.
 
         Raises:
-            ValueError: If nobody has that number, no call has told where the
-                robots are, or `dt` is not a whole number of steps; else, all
+            ValueError: If nobody has that number, no call has passed the
+                robots, or `dt` is not a multiple of the time step; all other
                 errors are those of `compute_agents`.
         """
         index = self._index(agent_id)
@@ -246,11 +246,11 @@ class AgentServices:
         dt: float | None = None,
         closest_obs: ClosestObs | None = None,
     ) -> Agents:
-        """Returns where one person is `dt` later, if all are as given.
+        """Moves one person by a time `dt` from given states of all.
 
-        The others stay where they are, and their trees are not ticked. To move
-        all people in this way, pass the same states for each of them: the
-        order does not matter then, and everybody's step is computed once.
+        The other people do not move, and their trees are not ticked. To move
+        all people, pass the same states in the call for each of them: then the
+        order does not matter, and the step of all is computed only once.
 
         Args:
             humans: As for `compute_agents`.
@@ -260,7 +260,7 @@ class AgentServices:
             closest_obs: As for `compute_agents`.
 
         Raises:
-            ValueError: If nobody has that number; else, all errors are those
+            ValueError: If nobody has that number; all other errors are those
                 of `compute_agents`.
         """
         index = self._index(agent_id)
@@ -282,20 +282,20 @@ class AgentServices:
         robot: ArrayLike | None = None,
         seed: int | None = None,
     ) -> Agents:
-        """Makes people start again with their first goals, and no reactions.
+        """Restarts people with their first goals, and without reactions.
 
         Args:
-            humans: Where they start, as for `compute_agents`; by default at
-                rest at the poses of their configurations.
-            robot: The robots, if they are already known.
-            seed: What drawn weights follow from; by default as before.
+            humans: The states at the start, as for `compute_agents`; by
+                default, at rest at the poses of their configurations.
+            robot: The robots, if already known.
+            seed: The seed of drawn weights; by default, the current one.
 
         Returns:
-            The people as they start.
+            The people at the start.
 
         Raises:
-            ValueError: If an array does not have its shape or is not finite,
-                or if the seed is not a whole number in [0, 2^63).
+            ValueError: If an array has another shape or is not finite, or if
+                the seed is not a whole number in [0, 2^63).
         """
         if seed is None:
             seed = self._people.GetSeed(self._context)
@@ -337,7 +337,7 @@ class AgentServices:
     def _read(
         self, humans: ArrayLike, robot: ArrayLike | None
     ) -> tuple[Array, Array]:
-        """Returns what the other simulator says, as rows."""
+        """Returns the given states of people and robots as rows."""
         given: ArrayLike = [] if robot is None else robot
         return (
             read_rows(humans, len(self._ids), "humans"),
@@ -345,20 +345,20 @@ class AgentServices:
         )
 
     def _receive(self, context: Context, states: Array, robots: Array) -> None:
-        """Takes over what the other simulator says."""
+        """Sets the given states in a Context."""
         self._round = None
         self._people.FixRobots(context, robots)
         self._people.SetStates(context, states)
 
     def _put(self, context: Context, rows: Array | None) -> None:
-        """Sets where people are, if it is said."""
+        """Sets the states of people, if given."""
         if rows is not None:
             self._people.SetStates(context, rows)
 
     def _begin(
         self, given: _Given | None, points: Sequence[Array | None]
     ) -> _Round:
-        """Returns the step of everybody that is to be taken one by one."""
+        """Returns a step of all people, to be taken one by one."""
         after = self._people.CalcNext(self._context)
         self._put(
             after,
@@ -374,7 +374,7 @@ class AgentServices:
     def _step_one(
         self, index: int, steps: int, points: Sequence[Array | None] = ()
     ) -> Agents:
-        """Moves one person by some steps, as if all were moved."""
+        """Moves one person by some steps as if all moved."""
         status = np.int64(0)
         for _ in range(steps):
             now = self._round

@@ -4,27 +4,23 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
-
-Array = NDArray[np.float64]
 
 
 class StepwiseHumans:
-    """The diagram of `MakeHumans`, and what can be done to its Contexts.
+    """Operations on Contexts of a diagram of `MakeHumans`.
 
-    It keeps nothing itself: a Context is all that is known of the people.
-    Rows are (x, y, yaw, vx, vy, omega, radius) in W, in SI units.
+    It has no state: a Context holds the whole state of the people. Rows are
+    (x, y, yaw, vx, vy, omega, radius) in W, in SI units.
     """
 
     def __init__(
         self, diagram: Diagram, *, num_robots: int, time_step: float
     ) -> None:
-        """Takes a diagram of `MakeHumans`, without separate trees.
+        """Takes a diagram of `MakeHumans` without separate trees.
 
-        Args:
-            diagram: The diagram.
-            num_robots: How many robots it was made for.
-            time_step: The time step it was made for, in seconds.
+        Number of robots and time step (s) are those that it was made with.
         """
         self._diagram = diagram
         self._crowd = diagram.GetSubsystemByName("crowd")
@@ -33,7 +29,7 @@ class StepwiseHumans:
         self._time_step = time_step
 
     def GetSeed(self, context: Context) -> int:
-        """Returns the seed that drawn weights follow from."""
+        """Returns the seed of drawn weights."""
         own = self._crowd.GetMyContextFromRoot(context)
         seed: int = self._crowd.GetSeed(own)
         return seed
@@ -45,23 +41,18 @@ class StepwiseHumans:
         return states
 
     def SetStates(self, context: Context, states: Array) -> None:
-        """Sets where people are, and how they move.
-
-        Args:
-            context: Changed.
-            states: Shape (n, 7), rows of people; radii are not read.
-        """
+        """Sets the states of people, shape (n, 7); radii are not read."""
         own = self._crowd.GetMyMutableContextFromRoot(context)
         self._crowd.SetStates(own, states)
 
     def FixRobots(self, context: Context, robots: Array) -> None:
-        """Sets where the robots are, of shape (m, 7)."""
+        """Sets the states of the robots, shape (m, 7)."""
         if self._num_robots:
             port = self._diagram.GetInputPort("robot_states")
             port.FixValue(context, robots.ravel())
 
     def AreRobotsKnown(self, context: Context) -> bool:
-        """Returns whether it is known where all robots are."""
+        """Returns whether the states of all robots are known."""
         if not self._num_robots:
             return True
         port = self._diagram.GetInputPort("robot_states")
@@ -74,7 +65,7 @@ class StepwiseHumans:
         return status
 
     def CalcNext(self, context: Context) -> Context:
-        """Returns a Context of everybody a step later, at the same time."""
+        """Returns a Context one step later, with the time unchanged."""
         after = context.Clone()
         after.SetDiscreteState(
             self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
@@ -82,19 +73,16 @@ class StepwiseHumans:
         return after
 
     def StepAll(self, context: Context) -> None:
-        """Moves everybody by one step."""
+        """Moves all people by one step."""
         context.SetDiscreteState(
             self._diagram.EvalUniquePeriodicDiscreteUpdate(context)
         )
         context.SetTime(context.get_time() + self._time_step)
 
     def StepOne(self, context: Context, index: int, after: Context) -> None:
-        """Moves one person; the others stay, and their trees are not ticked.
+        """Moves one person to its state in `after`, a result of `CalcNext`.
 
-        Args:
-            context: Changed; its time stays.
-            index: The row of the person.
-            after: What `CalcNext` gave: the person will be as there.
+        Nothing else changes, not even the time.
         """
         states = self.GetStates(context)
         states[index] = self.GetStates(after)[index]

@@ -1,4 +1,4 @@
-"""Builds a Scenario from plain data, or lists all its faults."""
+"""Builds a Scenario from plain data, or lists all faults of the data."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy
@@ -24,14 +24,14 @@ from hunav_drake.systems.common.plain_errors import message_of
 from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
-# What looks for faults in a scenario that fits the schema.
+# A function that finds faults of a scenario that fits the schema.
 Check = Callable[[Scenario], Iterable[Finding]]
 
-# The schema's faults that are looked at: a file with more is not a scenario.
+# At most so many faults of the schema are read: with more it is no scenario.
 _MAX_SCHEMA_FAULTS = 1000
 
-# What stands in for a person, a wall or furniture that does not fit the
-# schema, while the rest is checked: nobody in particular, out of all ways.
+# Substitutes for a person, a wall or furniture that does not fit the schema,
+# while the rest is checked: out of the way of everything else.
 _SUBSTITUTE_HUMAN = {"pose": [0.0, 0.0, 0.0]}
 _SUBSTITUTES = {
     "walls": {"type": "box", "center": [1e5, 1e5], "size": [1e-3, 1e-3]},
@@ -46,14 +46,14 @@ _OLD_PARAMETERS = (
 
 @dc.dataclass(frozen=True)
 class Places:
-    """Where the parts of a scenario were written.
+    """The places in files where the parts of a scenario were written.
 
     Attributes:
         document: The file or text; None for a scenario made in Python.
-        prefix: Where in the document the scenario is.
-        origins: For a file that does not have the form of a scenario, where
-            each of its parts comes from.
-        overrides: What was written on the command line for a part.
+        prefix: The path of the scenario in the document.
+        origins: For a file of another format, the origin of each part of the
+            scenario.
+        overrides: The text of the override that set a part.
     """
 
     document: YamlDocument | None = None
@@ -64,7 +64,7 @@ class Places:
     overrides: Mapping[Loc, str] = dc.field(default_factory=dict)
 
     def fault(self, finding: Finding, data: Any) -> Fault:
-        """Returns a finding about data, plain or a Scenario, with its place."""
+        """Returns a finding with its place; data may be a Scenario."""
         path = path_text(data, finding.loc)
         for loc in (finding.loc, *finding.uses):
             for size in range(len(loc), 0, -1):
@@ -73,7 +73,7 @@ class Places:
         if self.document is None:
             return Fault("scenario", 0, path, finding.message)
         document = self.document
-        # What is as by default was written nowhere; what it hangs on was.
+        # A default is written nowhere, but the parts that it depends on are.
         parts = [(*self.prefix, *part) for part in (finding.loc, *finding.uses)]
         loc = next(filter(document.find, parts), parts[0])
         for size in range(len(finding.loc), 0, -1):
@@ -86,15 +86,15 @@ class Places:
 
 
 def override_place(text: str) -> str:
-    """Returns what messages call a setting from the command line."""
+    """Returns the source of an override, for messages."""
     line = " ".join(text.split())
     return f"--set {line if len(line) <= 60 else line[:57] + '...'}"
 
 
 def document_faults(document: YamlDocument, prefix: Loc = ()) -> list[Fault]:
-    """Returns what is wrong with the YAML of a document itself.
+    """Returns the faults of a document's YAML.
 
-    Paths are counted from the prefix, but full for faults elsewhere.
+    Paths below the prefix are relative to it, all others are full.
     """
     whole, part = document.plain(), document.plain(prefix)
     result = []
@@ -111,16 +111,16 @@ def document_faults(document: YamlDocument, prefix: Loc = ()) -> list[Fault]:
 def build_scenario(
     data: Any, checks: Sequence[Check], known: Iterable[Loc] = ()
 ) -> tuple[Scenario | None, list[Finding]]:
-    """Makes a scenario of plain data, and looks for all that is wrong.
+    """Builds a scenario from plain data, and finds all faults.
 
     Args:
         data: Lists, mappings and scalars in the form of a Scenario.
-        checks: What a scenario must pass beyond the schema.
-        known: Parts that are known to be wrong already; nothing more is said
-            about them, nor about what hangs on them.
+        checks: The checks beyond the schema.
+        known: Parts with known faults; findings on them and on parts that
+            depend on them are dropped.
 
     Returns:
-        The scenario, None unless all is well; and the findings.
+        The scenario, None if there are findings; and the findings.
     """
     findings: list[Finding] = []
     scenario: Scenario | None
@@ -148,19 +148,16 @@ def build_scenario(
 def schema_findings(
     error: ValidationError, data: Any, schema: Any = Scenario
 ) -> list[Finding]:
-    """Returns what pydantic found in the data, in this project's words.
+    """Returns the errors of pydantic for plain data, in this project's words.
 
-    Args:
-        error: What pydantic raised.
-        data: Plain data that was to be of the schema.
-        schema: The class of the whole.
+    `schema` is the type that the data were validated against.
     """
     result: dict[Loc, Finding] = {}
     for item in error.errors(include_url=False)[:_MAX_SCHEMA_FAULTS]:
         loc, keys = _clean(item["loc"], data, schema)
         kind = item["type"]
         if kind == "missing" and isinstance(loc[-1], int):
-            # All missing numbers are listed, the last one last.
+            # pydantic lists all missing numbers in order: the last one counts.
             got = len(item["input"])
             message = f"must be {loc[-1] + 1} numbers, got {got}"
             loc = loc[:-1]
@@ -179,9 +176,9 @@ def schema_findings(
 def _clean(
     steps: Sequence[str | int], data: Any, schema: Any
 ) -> tuple[Loc, list[str]]:
-    """Returns pydantic's path without the names of a union's members.
+    """Returns a path of pydantic without the names of union members.
 
-    With it come the keys that may stand where the last step is.
+    The second value is the list of keys that are valid at its last step.
     """
     loc: list[str | int] = []
     keys: list[str] = []
@@ -209,7 +206,7 @@ def _clean(
 
 
 def _plain(hint: Any) -> tuple[Any, Registry | None]:
-    """Returns a type without its annotations, and the register among them."""
+    """Returns a type without its annotations, and its register if any."""
     registry = None
     while get_origin(hint) is Annotated:
         hint, *notes = get_args(hint)
@@ -218,7 +215,7 @@ def _plain(hint: Any) -> tuple[Any, Registry | None]:
 
 
 def inner_hint(hint: Any, step: str | int) -> Any:
-    """Returns the type of a field of a dataclass, or of a list's members."""
+    """Returns the type of a field of a dataclass, or of the items of a list."""
     hint, _ = _plain(hint)
     if isinstance(hint, type) and dc.is_dataclass(hint):
         return _hints(hint).get(str(step))
@@ -239,9 +236,9 @@ def hint_at(loc: Loc) -> Any:
 
 
 def kind_of(hint: Any) -> str:
-    """Returns what kind of choice is of a type, as registers call it.
+    """Returns the kind of choice of a type, as named by its register.
 
-    Behaviors are one, too. It is empty for what is none.
+    It is "behavior" for behaviors, and empty for a type without a choice.
     """
     hint, registry = _plain(hint)
     if registry is not None:
@@ -251,7 +248,7 @@ def kind_of(hint: Any) -> str:
 
 
 def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
-    """Returns a scenario of what fits the schema, the rest by default."""
+    """Returns a scenario with defaults for the parts that are faulty."""
     if not isinstance(data, dict):
         return None
     data = copy.deepcopy(data)
@@ -268,7 +265,7 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
                 human.pop(loc[2], None)
         elif len(loc) >= 2 and isinstance(data.get(loc[0]), dict):
             if loc[1] == TAG and kind_of(hint_at(loc[:1])):
-                # What stands beside it is of an unknown kind.
+                # The parameters beside it are of an unknown type.
                 data.pop(loc[0])
             else:
                 data[loc[0]].pop(loc[1], None)
@@ -277,12 +274,12 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
     try:
         return TypeAdapter(Scenario).validate_python(data)
     except ValidationError:
-        # More faults than are looked at: what is known is enough.
+        # There are more faults than were read: those known are enough.
         return None
 
 
 class _Overlap:
-    """Tells whether a part lies in one of some parts, or around one."""
+    """Checks whether a part lies in one of some parts, or contains one."""
 
     def __init__(self, locs: Iterable[Loc]) -> None:
         self._locs = set(locs)

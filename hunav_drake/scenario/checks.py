@@ -1,6 +1,7 @@
 """Checks of a scenario as a whole."""
 
 from collections.abc import Callable, Iterator
+import math
 from typing import Any
 import warnings
 
@@ -14,9 +15,9 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
-from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, check_pictures
+from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, find_unseen
 from hunav_drake.scenario.population import check_areas, check_population
-from hunav_drake.scenario.reachability import check_angles, check_ways
+from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
@@ -32,30 +33,30 @@ from hunav_drake.systems.people.behavior_choice import (
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.planning.planner import asked_scan_size
-from hunav_drake.systems.sensing.sensor_config import LidarConfig
+from hunav_drake.systems.sensing.sensor_config import CameraConfig, LidarConfig
 
-_MAX_UNKNOWN = 100  # So many names are compared with all that are known.
+_MAX_UNKNOWN = 100  # At most so many unknown names get suggestions.
 
 
 def CheckScenario(scenario: Scenario, *, ways: bool = True) -> Scenario:
     """Checks a scenario, as `hunav check` does for a file.
 
-    Headings of more than a turn are warnings, for they may be in degrees, and
-    so is a robot whose model is smaller than its disc.
+    A heading of more than a full turn, which may be in degrees, gives a
+    warning, and so does a robot model that is smaller than the robot's disc.
 
     Args:
-        scenario: A scenario, perhaps one that was made or changed in Python.
-        ways: Whether there must be ways for the robot and for people to their
-            goals, wide enough for their bodies. Trials are run without them,
-            too.
+        scenario: A scenario, for instance one made or changed in Python.
+        ways: Whether to check that the robot and the people can reach their
+            goals on ways that are wide enough for their bodies. Trials run
+            without this check.
 
     Returns:
         An equal scenario.
 
     Raises:
-        ScenarioError: If something does not fit the schema, or cannot be
+        ScenarioError: If the scenario does not fit the schema, or cannot be
             simulated. The place of each fault is "scenario".
-        TypeError: If it is no Scenario at all.
+        TypeError: If the argument is not a Scenario.
     """
     if not isinstance(scenario, Scenario):
         raise TypeError(
@@ -80,20 +81,39 @@ def warn_of_doubts(
 ) -> None:
     """Warns of headings that may be in degrees, and of doubtful robots.
 
-    Args:
-        scenario: What is sound but for that.
-        place: Gives a finding its place.
+    The scenario has no faults; `place` makes a fault with its place of a
+    finding.
     """
-    robot = (
+    doubts = [*_check_angles(scenario)]
+    doubts += [
         Finding(("robot", *loc), message)
         for loc, message in scenario.robot.find_doubts()
-    )
-    for found in *check_angles(scenario), *robot:
+    ]
+    for found in doubts:
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
 
 
+def _check_angles(scenario: Scenario) -> Iterator[Finding]:
+    """Finds headings of more than a full turn, which may be in degrees."""
+    robot = scenario.robot
+    headings: list[tuple[Loc, float]] = [
+        (("robot", "start", 2), robot.start[2])
+    ]
+    if robot.goal is not None:
+        headings.append((("robot", "goal", 2), robot.goal[2]))
+    for i, human in enumerate(scenario.humans):
+        headings.append((("humans", i, "pose", 2), human.pose[2]))
+    for loc, yaw in headings:
+        if abs(yaw) > 2 * math.pi:
+            yield Finding(
+                loc,
+                f"is {yaw:g} rad, more than a whole turn; if it is in degrees,"
+                f" write {math.radians(yaw):.4f}",
+            )
+
+
 def check_people(scenario: Scenario) -> Iterator[Finding]:
-    """Checks that names and numbers are unique, and speeds consistent."""
+    """Checks names, numbers, starts and speeds of people."""
     names: dict[str, int] = {}
     ids: dict[int, int] = {}
     starts: dict[tuple[float, ...], int] = {}
@@ -112,17 +132,18 @@ def check_people(scenario: Scenario) -> Iterator[Finding]:
                 f" move it by {2 * human.radius:g} m",
                 uses=(("humans", first, "pose"),),
             )
-        if human.speed_limit < human.desired_speed:
+        limit = human.max_speed
+        if limit is not None and limit < human.desired_speed:
             yield Finding(
                 (*loc, "max_speed"),
                 f"must be at least desired_speed ({human.desired_speed:g}"
-                f" m/s), got {human.speed_limit:g}",
+                f" m/s), got {limit:g}",
                 uses=((*loc, "desired_speed"),),
             )
 
 
 def check_epsilon(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for weights that the kernel of HuNavSim does without."""
+    """Finds values of `epsilon` that the kernel of HuNavSim ignores."""
     model = scenario.crowd.model
     if getattr(model, "kernel", "") != "hunavsim":
         return
@@ -141,19 +162,20 @@ def check_epsilon(scenario: Scenario) -> Iterator[Finding]:
 def _unique(
     scenario: Scenario, taken: dict[Any, int], value: Any, loc: Loc, key: str
 ) -> Iterator[Finding]:
+    """Finds a value that another member of the same list has."""
     first = taken.setdefault(value, int(loc[1]))
     if first != loc[1]:
-        other = path_text(scenario, ("humans", first))
+        other = (loc[0], first)
         yield Finding(
             (*loc, key),
             f"must be unique, but {shown(value)} is already the {key} of"
-            f" {other}",
-            uses=(("humans", first, key),),
+            f" {path_text(scenario, other)}; change one",
+            uses=((*other, key),),
         )
 
 
 def check_jitter(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for people whom the start jitter may take out of the world."""
+    """Finds people that the start jitter may move out of the world."""
     jitter = scenario.simulation.start_jitter
     jitter_loc: Loc = ("simulation", "start_jitter")
     most = MAX_COORDINATE - jitter
@@ -171,7 +193,7 @@ def check_jitter(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_times(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for times without a step, at which there is no state."""
+    """Finds periods and durations that are no multiple of the time step."""
     step = scenario.simulation.time_step
     step_loc: Loc = ("simulation", "time_step")
     times: list[tuple[Loc, float]] = [
@@ -195,7 +217,7 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_start(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for a recording that would never begin."""
+    """Finds a recording that would never begin."""
     start = scenario.evaluator.start
     if start == "at_goal_command" and scenario.robot.goal is None:
         yield Finding(
@@ -210,28 +232,22 @@ def check_sensors(scenario: Scenario) -> Iterator[Finding]:
     """Checks that the names of sensors are unique."""
     taken: dict[str, int] = {}
     for i, sensor in enumerate(scenario.sensors):
-        first = taken.setdefault(sensor.name, i)
-        if sensor.name and first != i:
-            yield Finding(
-                ("sensors", i, "name"),
-                f"must be unique, but {shown(sensor.name)} is already the name"
-                f" of {path_text(scenario, ('sensors', first))}; rename one",
-                uses=(("sensors", first, "name"),),
-            )
+        if sensor.name:
+            loc: Loc = ("sensors", i)
+            yield from _unique(scenario, taken, sensor.name, loc, "name")
 
 
 def first_lidar(scenario: Scenario) -> LidarConfig | None:
-    """Returns the lidar whose scan the planner gets; None without one."""
+    """Returns the lidar whose scan the planner gets, if there is one."""
     lidars = (it for it in scenario.sensors if isinstance(it, LidarConfig))
     return next(lidars, None)
 
 
 def scan_fault(scenario: Scenario, scan_size: int | None) -> str:
-    """Returns what keeps a planner from its scan, or an empty text.
+    """Returns why a planner cannot get its scan; an empty text if it can.
 
-    Args:
-        scenario: What happens.
-        scan_size: How many distances it asks for: see `Planner.scan_size`.
+    `scan_size` is the number of distances that it asks for: see
+    `Planner.scan_size`.
     """
     lidar = first_lidar(scenario)
     planner = f"the planner {name_of(scenario.planner)!r}"
@@ -252,27 +268,27 @@ def scan_fault(scenario: Scenario, scan_size: int | None) -> str:
 
 
 def check_scan(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for a planner without the lidar that it needs."""
+    """Finds a planner without the lidar that it needs."""
     planner = scenario.planner
     if planner.sees.by_lidar and first_lidar(scenario) is None:
-        # The trial makes one.
+        # The trial adds a lidar.
         return
     if message := scan_fault(scenario, asked_scan_size(planner)):
         yield Finding(("planner",), message, uses=(("sensors",),))
 
 
 def check_names(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for unknown or faulty behaviors, and for unknown metrics."""
+    """Finds unknown or faulty behaviors, and unknown metrics."""
     yield from _check_behaviors(scenario)
     yield from _check_metrics(scenario)
 
 
 def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
-    # Here, as below, for who only reads or writes does without the systems.
+    # Imported here, as below: only reading or writing needs no systems.
     from hunav_drake.systems.behavior import BEHAVIORS
 
     profile = scenario.crowd.profile
-    # People often have the same behavior; each is looked at once.
+    # Many people have the same behavior, which is checked once.
     known: dict[str, list[tuple[Loc, str]]] = {}
     for whole, behavior in _behaviors(scenario):
         if isinstance(behavior, str) and behavior in BEHAVIORS:
@@ -289,22 +305,19 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
 def _behaviors(
     scenario: Scenario,
 ) -> Iterator[tuple[Loc, str | BehaviorConfig]]:
-    """Yields the behaviors of all people, each with its place."""
+    """Yields the behaviors of all people with their places."""
     for i, human in enumerate(scenario.humans):
         yield ("humans", i, "behavior"), human.behavior
-    population = scenario.population
-    for i, cohort in enumerate(population.cohorts):
-        for name in cohort.behaviors:
-            yield ("population", "cohorts", i, "behaviors", name), name
-    for i, source in enumerate(population.sources):
-        for name in source.behaviors:
-            yield ("population", "sources", i, "behaviors", name), name
+    for kind in ("cohorts", "sources"):
+        for i, members in enumerate(getattr(scenario.population, kind)):
+            for name in members.behaviors:
+                yield ("population", kind, i, "behaviors", name), name
 
 
 def _behavior_faults(
     behavior: str | BehaviorConfig, profile: ProfileName
 ) -> Iterator[tuple[Loc, str]]:
-    """Looks for what is wrong with a behavior, each with its place in it."""
+    """Yields the faults of a behavior, each with its place in it."""
     from hunav_drake.systems.behavior import (
         BEHAVIORS,
         CheckBehavior,
@@ -345,13 +358,25 @@ def _check_metrics(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_robot(scenario: Scenario) -> Iterator[Finding]:
-    """Looks whether the robot can be driven: its files, bodies and joints."""
+    """Finds faults of the robot: of its files, bodies and joints."""
     for place, message in scenario.robot.find_faults():
         yield Finding(("robot", *place), message)
 
 
+def check_pictures(scenario: Scenario) -> Iterator[Finding]:
+    """Finds models in files that cameras cannot render."""
+    if not any(isinstance(it, CameraConfig) for it in scenario.sensors):
+        return
+    for loc, fault in find_unseen(scenario.world, scenario.robot):
+        yield Finding(
+            loc,
+            f"no camera can see it: {fault}; export its meshes with normals, or"
+            " leave the camera out",
+        )
+
+
 def check_bodies(scenario: Scenario) -> Iterator[Finding]:
-    """Checks that people who are bodies of a plant are there all along."""
+    """Checks that people who are bodies of a plant never come or leave."""
     population = scenario.population
     if not scenario.robot.physical:
         return
@@ -372,17 +397,17 @@ def check_bodies(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-# What does not hang on the rest of the world, or on what is installed.
+# Checks that need neither the geometry of the world nor what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
     check_people,
     check_epsilon,
     check_jitter,
-    check_areas,
     check_bodies,
     check_times,
     check_start,
     check_sensors,
     check_scan,
+    check_areas,
 )
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,

@@ -1,4 +1,4 @@
-"""The exception for bad scenarios, and the faults that it lists."""
+"""The exception for faulty scenarios, and the faults that it lists."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from hunav_drake.systems.common.suggest import (
     suggestion as suggestion,
 )
 
-# The way to a part of a scenario: field names, and places in lists.
+# The path of a part of a scenario: field names, and indices of lists.
 Loc = tuple[str | int, ...]
 
 # How many faults a message spells out; all are in `ScenarioError.faults`.
@@ -19,13 +19,13 @@ _MAX_SPELLED_OUT = 50
 
 @dataclass(frozen=True)
 class Finding:
-    """Something wrong, before it is known which file and line said it.
+    """A fault without its file and line.
 
     Attributes:
-        loc: The part that is at fault.
-        message: The rule that it breaks, what was found, and a remedy.
-        uses: The other parts that the judgement hangs on. If one of them is
-            wrong already, this finding says nothing.
+        loc: The faulty part.
+        message: The rule, the value found, and a remedy.
+        uses: The other parts that the finding depends on. If one of them is
+            faulty, the finding is dropped.
     """
 
     loc: Loc
@@ -35,15 +35,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong with a scenario.
+    """One fault of a scenario.
 
     Attributes:
-        source: Where it was said: the name of a file, "--set robot.radius=x",
-            or "scenario" for one that was made in Python.
-        line: The line of the file, from 1; 0 for the whole.
-        path: Which part, as in "humans[1] ('ana').max_speed"; empty if it is
-            the whole.
-        message: What is wrong, and what would be right.
+        source: Its source: the name of a file, "--set robot.radius=x", or
+            "scenario" for a scenario made in Python.
+        line: The line of the file, from 1; 0 for the whole file.
+        path: The faulty part, as in "humans[1] ('ana').max_speed"; empty for
+            the whole scenario.
+        message: The rule, the value found, and a remedy.
     """
 
     source: str
@@ -53,7 +53,7 @@ class Fault:
 
     @property
     def place(self) -> str:
-        """Where it was said, as in "passing.yaml:14"."""
+        """Source and line, as in "passing.yaml:14"."""
         return f"{self.source}:{self.line}" if self.line else self.source
 
     def __str__(self) -> str:
@@ -62,12 +62,12 @@ class Fault:
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be read, or that cannot be simulated.
+    """A scenario cannot be read or simulated.
 
     Attributes:
         source: The name of the file, "data" for text, or "scenario".
-        faults: All that is wrong with it, at least one, in order of lines;
-            those of other sources come last.
+        faults: All faults, at least one, by line; those of other sources come
+            last.
     """
 
     def __init__(self, source: str, faults: Iterable[Fault]) -> None:
@@ -89,7 +89,7 @@ class ScenarioError(ValueError):
 
 
 def child(data: Any, step: str | int) -> Any:
-    """Returns a part of plain data or of a dataclass; None if it has none."""
+    """Returns a part of plain data or of a dataclass; None if missing."""
     if isinstance(step, int):
         is_list = isinstance(data, list | tuple)
         return data[step] if is_list and 0 <= step < len(data) else None
@@ -99,10 +99,7 @@ def child(data: Any, step: str | int) -> Any:
 
 
 def path_text(data: Any, loc: Loc) -> str:
-    """Returns a path as a person reads it: "humans[1] ('ana').max_speed".
-
-    It runs through data: plain ones or a Scenario.
-    """
+    """Returns a path in data as text: "humans[1] ('ana').max_speed"."""
     text = ""
     for step in loc:
         data = child(data, step)

@@ -1,7 +1,6 @@
-"""Paths in scenarios: in files they start at the file, else they are absolute.
+"""Paths in scenarios: relative to the file, or absolute in a Scenario.
 
-All take plain data, which they change in place, and which need not fit the
-schema.
+The functions change plain data in place, which need not fit the schema.
 """
 
 from collections.abc import Callable
@@ -18,14 +17,14 @@ Change = Callable[[str], str]
 
 
 def find_files(data: Any, folder: Path) -> None:
-    """Makes paths absolute that start at a folder, which is absolute."""
+    """Makes paths absolute that are relative to an absolute folder."""
     _change_paths(data, lambda path: os.path.normpath(folder / path))
 
 
 def relate_files(data: Any, folder: Path) -> None:
-    """Makes absolute paths start at a folder, which is absolute.
+    """Makes absolute paths relative to an absolute folder.
 
-    Those that have no folder in common with it, but the root, stay.
+    Paths that have only the root in common with it stay absolute.
     """
 
     def relate(path: str) -> str:

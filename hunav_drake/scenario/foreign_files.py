@@ -1,4 +1,4 @@
-"""Files of other programs that are read as scenarios."""
+"""The register of files of other programs that are read as scenarios."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class ForeignScenario(Protocol):
-    """The data of a scenario that another program has written.
+    """The data of a scenario in a file of another program.
 
     Attributes:
         name: The name of the file.
@@ -26,16 +26,12 @@ class ForeignScenario(Protocol):
     def build(
         self, checks: Sequence[Check], locs: Mapping[Loc, str]
     ) -> Scenario:
-        """Returns the scenario of the data.
-
-        Args:
-            checks: What is checked of it.
-            locs: Which overrides have set what.
+        """Returns the checked scenario; `locs` has the applied overrides.
 
         Raises:
-            ScenarioError: If it is not a scenario.
+            ScenarioError: If the data have faults.
         """
 
 
-# What reads a file, by the key at its top that tells its kind.
+# The readers of files, by the top-level key that identifies the format.
 FOREIGN_FILES: dict[str, Callable[[YamlDocument], ForeignScenario]] = {}

@@ -1,4 +1,4 @@
-"""Checks of geometry: valid shapes, and free space for everybody."""
+"""Checks of geometry: valid shapes, and free space for robot and people."""
 
 from collections.abc import Iterator, Sequence
 import dataclasses as dc
@@ -17,17 +17,16 @@ from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import PhysicalRobot
-from hunav_drake.systems.sensing.sensor_config import CameraConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
 from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
-# Points nearer to each other than this, in meters, are the same.
+# Points closer than this are the same, in meters.
 _SAME = 1e-9
 
-# At most so many pairs of walls and places that are near are looked at.
+# At most so many pairs of a wall and a place near it are checked.
 _MAX_LOOKS = 10**6
 
-# How many places are compared with all walls at once.
+# The number of places compared with all walls at once.
 _DISCS = 256
 
 
@@ -38,7 +37,7 @@ _TOO_SMALL = (
 
 
 def check_walls(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for walls with repeated points, no area or crossing sides."""
+    """Finds walls with repeated points, no area or crossing sides."""
     for i, wall in enumerate(scenario.world.walls):
         loc: Loc = ("world", "walls", i, "points")
         if isinstance(wall, Polyline):
@@ -57,7 +56,7 @@ def check_walls(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_world_files(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for maps and models that cannot be read."""
+    """Finds maps and models that cannot be read."""
     world = scenario.world
     if world.map is not None:
         try:
@@ -72,7 +71,7 @@ def check_world_files(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_maps(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for maps of a planner that would be too large for its world."""
+    """Finds maps of a planner that would be too large for its world."""
     goal = scenario.robot.goal
     if goal is not None:
         for place, message in scenario.planner.find_faults(
@@ -83,21 +82,9 @@ def check_maps(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(("planner", *place), message, uses=(("world",),))
 
 
-def check_pictures(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for models of files that cameras cannot take pictures of."""
-    if not any(isinstance(it, CameraConfig) for it in scenario.sensors):
-        return
-    for loc, fault in find_unseen(scenario.world, scenario.robot):
-        yield Finding(
-            loc,
-            f"no camera can see it: {fault}; export its meshes with normals, or"
-            " leave the camera out",
-        )
-
-
 def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
-    """Looks for models of files that Drake cannot render, and tells why."""
-    # Here, for most scenarios do without Drake's parser.
+    """Yields models in files that Drake cannot render, and the reason."""
+    # Imported here: most scenarios do not need Drake's parser.
     from hunav_drake.systems.common.models import apart, reading
 
     named: list[tuple[Loc, str, dict[str, str]]] = [
@@ -115,7 +102,7 @@ def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
 
 
 def _without_unreadable(scenario: Scenario) -> World:
-    """Returns the world without files that cannot be read; those are told."""
+    """Returns the world without unreadable files, which are reported before."""
     faulty = {finding.loc[:3] for finding in check_world_files(scenario)}
     world = scenario.world
     return dc.replace(
@@ -136,15 +123,10 @@ def _repeated(points: Array) -> list[int]:
 
 @functools.lru_cache(maxsize=4096)
 def _polygon_fault(corners: bytes) -> Finding | None:
-    """Returns what keeps a polygon from being simple; one fault at most.
+    """Returns a fault of a polygon that is not simple, relative to its points.
 
-    It is remembered, for an editor asks for the same walls again and again.
-
-    Args:
-        corners: Those of an array (k, 2) of floats.
-
-    Returns:
-        The finding, counted from the points of the polygon.
+    The corners are the bytes of a float array (k, 2). Results are cached,
+    because the editor checks the same walls many times.
     """
     points = np.frombuffer(corners).reshape(-1, 2)
     if repeated := _repeated(points):
@@ -172,7 +154,7 @@ def _polygon_fault(corners: bytes) -> Finding | None:
 
 
 def _crossing_sides(points: Array) -> NDArray[np.int64]:
-    """Returns pairs (i, j), i < j, of sides that meet where they should not.
+    """Returns pairs (i, j), i < j, of sides that must not meet, but do.
 
     Side i of a polygon begins at its corner i.
     """
@@ -190,7 +172,7 @@ def _crossing_sides(points: Array) -> NDArray[np.int64]:
 
 
 class _Taker(NamedTuple):
-    """A wall that takes up a place, and the way out."""
+    """A wall that occupies a place, and the way out."""
 
     wall: int
     inside: bool
@@ -207,16 +189,16 @@ class _Spot(NamedTuple):
 
     loc: Loc
     position: tuple[float, float]
-    # The radius, in meters, of what stands there; 0 if only the point counts.
+    # The radius of the body there, in meters; 0 if only the point counts.
     radius: float
     uses: tuple[Loc, ...] = ()
 
 
 def check_places(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for starts and goals that walls, or other bodies, take up.
+    """Finds starts and goals that walls or other bodies occupy.
 
-    Bodies must not overlap walls. A person's goal must not be inside one; it
-    may be nearer to it than the radius, for `goal_radius` is reached before.
+    Bodies must not overlap walls. A person's goal must not be inside a wall,
+    but may be closer to it than the radius: `goal_radius` is reached before.
     """
     yield from _check_robot_and_people(scenario)
     robot = scenario.robot
@@ -252,7 +234,7 @@ def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
 
 
 def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
-    """Reports the first thing in the world that takes up each spot."""
+    """Reports the first object of the world that occupies each spot."""
     fixtures = _without_unreadable(scenario).fixtures()
     shapes = _shapes(fixtures)
     places = [it.place for it in fixtures for _ in it.footprints]
@@ -261,7 +243,7 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
     looks = 0
     for (*position, radius), near in _near(shapes, keys):
         key = tuple(position), radius
-        # Each look at a wall that is near finds a fault, so enough is enough.
+        # Nearly every pair has a fault, so no more are needed.
         if looks > _MAX_LOOKS:
             break
         looks += len(near)
@@ -271,6 +253,8 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
             if depth > _SAME:
                 taken[key] = _Taker(w, depth > radius, depth, way)
                 break
+    if not any(taken.values()):
+        return
     space = FreeSpace(fixtures, [spot.position for spot in spots])
     rooms: dict[float, Any] = {}
     for spot in spots:
@@ -292,23 +276,23 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
 def _main_room(
     radius: float, spots: list[_Spot], taken: _Takers, space: FreeSpace
 ) -> Any:
-    """Returns where most of those who are not in a wall can get to, or None.
+    """Returns the free polygon that contains most free spots, or None.
 
-    The nearest side of an outer wall may be that outside of the building, and
-    so no remedy.
+    It is needed because the nearest side of an outer wall may be outside of the
+    building, which is no remedy.
     """
     free = [it.position for it in spots if taken.get(it[1:3], 0) is None]
     rooms = [space.room(it, radius) for it in dict.fromkeys(free)]
     numbers = [id(room) for room in rooms if room is not None]
     if not numbers:
         return None
-    # Rooms are made once, so each has an identity.
+    # Each polygon is made once, so its identity counts.
     most = max(dict.fromkeys(numbers), key=numbers.count)
     return next(room for room in rooms if id(room) == most)
 
 
 def _shapes(fixtures: Sequence[Fixture]) -> list[shapely.Geometry]:
-    """Returns the footprints of all that stands in a world, in order."""
+    """Returns the footprints of all objects of a world, in order."""
     outlines = [it for fixture in fixtures for it in fixture.footprints]
     closed = np.array([it.closed for it in fixtures for _ in it.footprints])
     result: list[shapely.Geometry] = [None] * len(outlines)
@@ -332,9 +316,9 @@ def _shapes(fixtures: Sequence[Fixture]) -> list[shapely.Geometry]:
 def _near(
     shapes: Sequence[shapely.Geometry], discs: Sequence[tuple[float, ...]]
 ) -> Iterator[tuple[tuple[float, ...], NDArray[np.int64]]]:
-    """Yields the discs (x, y, radius), each with the shapes that it meets."""
+    """Yields discs (x, y, radius), each with the shapes that it overlaps."""
     tree = shapely.STRtree(shapes)
-    # Many at a time, but not all: they may meet very many.
+    # In blocks: all discs together may overlap very many shapes.
     for low in range(0, len(discs), _DISCS):
         some = discs[low : low + _DISCS]
         rows = np.array(some)
@@ -352,9 +336,9 @@ def _near(
 def _depth(
     shape: shapely.Geometry, place: shapely.Point, radius: float
 ) -> tuple[float, Array]:
-    """Returns how far a disc reaches into a wall, in meters, and the way out.
+    """Returns the depth of a disc in a wall, in meters, and the way out.
 
-    The depth is negative for a free disc; the way is a unit vector, zero where
+    The depth is negative for a free disc. The way is a unit vector, or zero if
     the center is on the outline.
     """
     solid = isinstance(shape, shapely.Polygon)
@@ -377,11 +361,11 @@ def _message(wall: str, taker: _Taker) -> str:
 
 
 def _up(length: float) -> str:
-    """Returns a length rounded up, so that moving by it is enough."""
+    """Returns a length, rounded up so that moving by it is enough."""
     return f"{math.ceil(length * 100 - 1e-6) / 100:.2f}"
 
 
-# In this order, a later one is silent about what an earlier one tells.
+# In this order: a check drops findings on parts that an earlier one reported.
 GEOMETRY_CHECKS: tuple[Check, ...] = (
     check_world_files,
     check_walls,

@@ -20,9 +20,9 @@ _BOUNDS = {
 def scenario_json_schema() -> dict[str, Any]:
     """Returns the JSON schema (2020-12) of a scenario.
 
-    Registered choices of users are in it. What a scenario file may hold, and
-    the ranges of its numbers, are told; that bodies do not overlap walls, say,
-    only `CheckScenario` knows. The strings below fields are their descriptions.
+    It includes the choices that users registered. It describes keys, types and
+    ranges; other rules, such as that bodies must not overlap walls, are checked
+    by `CheckScenario`. The strings below fields are their descriptions.
     """
     return {
         "$schema": GenerateJsonSchema.schema_dialect,
@@ -39,9 +39,9 @@ def described_schema(cls: type[Any]) -> dict[str, Any]:
 
 
 def _with_bounds(schema: Any) -> Any:
-    """Returns a schema with the words of JSON schemas for bounds.
+    """Returns a schema with JSON schema's keywords for bounds.
 
-    pydantic leaves its own where a number is prepared before it is judged.
+    pydantic keeps its own where a number is converted before it is validated.
     """
     if isinstance(schema, list):
         return [_with_bounds(part) for part in schema]

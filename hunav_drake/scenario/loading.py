@@ -7,11 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from hunav_drake.scenario.building import (
-    Check,
     Places,
     build_scenario,
     document_faults,
-    override_place,
 )
 from hunav_drake.scenario.checks import ALL_CHECKS, warn_of_doubts
 from hunav_drake.scenario.error import (
@@ -22,9 +20,9 @@ from hunav_drake.scenario.error import (
     suggestion,
 )
 from hunav_drake.scenario.file_paths import find_files
-from hunav_drake.scenario.foreign_files import FOREIGN_FILES, ForeignScenario
+from hunav_drake.scenario.foreign_files import FOREIGN_FILES
 from hunav_drake.scenario.old_words import renew
-from hunav_drake.scenario.overrides import apply_override, override_texts
+from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
@@ -45,33 +43,33 @@ def LoadScenario(
 ) -> Scenario:
     """Loads a scenario from a file or from text, and checks it.
 
-    A heading of more than a turn, which may be one in degrees, is a warning,
-    and so is a robot whose model is smaller than its disc.
+    A heading of more than a full turn, which may be in degrees, gives a
+    warning, and so does a robot model that is smaller than the robot's disc.
 
     Args:
         filename: A file, or the name of a shipped scenario, such as
-            "passing". It may be one of HuNavSim's agents.yaml: see
+            "passing". The file may be an agents.yaml of HuNavSim: see
             ImportAgents().
         data: The text of a file, instead of a file.
         scenario_name: If given, the file is a mapping from names to
             scenarios, and the one of this name is loaded.
-        overrides: Settings that replace what the file says, as on the
-            command line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or
-            a mapping from such paths to values. The values are YAML.
-        ways: Whether there must be ways for the robot and for people to their
-            goals, as for `hunav check`.
-        folder: Where paths in `data` start; by default, the present folder.
-            Those in a file start where it is.
+        overrides: Settings that replace those of the file, as on the command
+            line: "robot.radius=0.3", "humans[1].goals=[[1, 2]]", or a mapping
+            of such paths to values. The values are YAML.
+        ways: Whether to check that the robot and the people can reach their
+            goals, as `hunav check` does.
+        folder: The folder that relative paths in `data` start from; by
+            default, the current one. Paths in a file start from its folder.
 
     Returns:
-        The scenario, in which each person has a name and a number. It is
-        called by `scenario_name` or as the file is, if not by itself.
+        The scenario, in which each person has a name and a number. If the
+        file gives no name, the scenario is named after `scenario_name` or the
+        file.
 
     Raises:
         ScenarioError: If the file cannot be read, does not fit the schema, or
-            describes something that cannot be simulated. It lists all faults
-            with their places.
-        TypeError: If `filename` is no text and no path.
+            cannot be simulated. The error lists all faults with their places.
+        TypeError: If `filename` is neither a text nor a path.
         ValueError: If not exactly one of `filename` and `data` is given.
     """
     if not isinstance(filename, str | Path | None):
@@ -92,14 +90,15 @@ def LoadScenario(
     if document.root is None:
         raise ScenarioError(document.name, document_faults(document))
     checks = (*ALL_CHECKS, check_ways) if ways else ALL_CHECKS
-    content = document.root.value
+    content = document.plain()
     if isinstance(content, dict) and scenario_name is None:
         for key in FOREIGN_FILES.keys() & content:
             foreign = FOREIGN_FILES[key](document)
-            return _name(
-                _load_foreign(foreign, overrides, checks), filename, None
-            )
-    prefix = _prefix(document, scenario_name)
+            locs, faults = apply_overrides(foreign.data, overrides)
+            if faults:
+                raise ScenarioError(foreign.name, faults)
+            return _name(foreign.build(checks, locs), filename, None)
+    prefix = _prefix(document, content, scenario_name)
     renew(document, prefix)
     plain = document.plain(prefix)
     if filename is not None:
@@ -108,10 +107,10 @@ def LoadScenario(
     if folder is not None:
         find_files(plain, Path(folder).resolve())
     faults = document_faults(document, prefix)
-    locs, override_faults = _override(plain, overrides)
-    scenario, findings = build_scenario(
-        plain, checks, _inside(document.unread, prefix)
-    )
+    locs, override_faults = apply_overrides(plain, overrides)
+    size = len(prefix)
+    unread = [loc[size:] for loc in document.unread if loc[:size] == prefix]
+    scenario, findings = build_scenario(plain, checks, unread)
     places = Places(document, prefix, overrides=locs)
     faults += [places.fault(found, plain) for found in findings]
     faults += override_faults
@@ -131,43 +130,19 @@ def ListScenarios() -> dict[str, str]:
     return result
 
 
-def _load_foreign(
-    imported: ForeignScenario,
-    overrides: Mapping[str, str] | Sequence[str],
-    checks: Sequence[Check],
-) -> Scenario:
-    locs, faults = _override(imported.data, overrides)
-    if faults:
-        raise ScenarioError(imported.name, faults)
-    return imported.build(checks, locs)
-
-
 def _name(
     scenario: Scenario, filename: str | Path | None, scenario_name: str | None
 ) -> Scenario:
-    """Returns the scenario, called by the file if not by itself."""
+    """Returns the scenario, with a default name if it has none."""
     default = scenario_name or (Path(filename).stem if filename else "")
     name = scenario.name or (as_file_name(default) if default else "")
     return dc.replace(scenario, name=name)
 
 
-def _override(
-    data: Any, overrides: Mapping[str, str] | Sequence[str]
-) -> tuple[dict[Loc, str], list[Fault]]:
-    """Applies settings in order; returns what they set, and their faults."""
-    locs = {}
-    faults = []
-    for text in override_texts(overrides):
-        try:
-            locs[apply_override(data, text)] = text
-        except ValueError as error:
-            faults.append(Fault(override_place(text), 0, "", str(error)))
-    return locs, faults
-
-
-def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
-    """Returns the way to the scenario of a name; checks that it is there."""
-    content = document.root.value if document.root else None
+def _prefix(
+    document: YamlDocument, content: Any, scenario_name: str | None
+) -> Loc:
+    """Returns the path of the scenario in a file of one or several."""
     faults = []
     if scenario_name is None:
         names = _several(content)
@@ -191,25 +166,19 @@ def _prefix(document: YamlDocument, scenario_name: str | None) -> Loc:
 
 
 def _several(content: Any) -> list[str]:
-    """Returns the names of scenarios, if those are all that a file holds."""
+    """Returns the names of the scenarios in a file of several, else nothing."""
     parts = {field.name for field in dc.fields(Scenario)}
     if not isinstance(content, dict) or not content or parts & set(content):
         return []
-    for _, node in content.values():
-        keys = node.value
-        if not isinstance(keys, dict) or not parts & set(keys):
-            return []
-    return list(content)
-
-
-def _inside(locs: Sequence[Loc], prefix: Loc) -> list[Loc]:
-    """Returns the paths below a prefix, counted from it."""
-    size = len(prefix)
-    return [loc[size:] for loc in locs if loc[:size] == prefix]
+    are_scenarios = all(
+        isinstance(part, dict) and parts & set(part)
+        for part in content.values()
+    )
+    return list(content) if are_scenarios else []
 
 
 def _read(filename: str | Path) -> YamlDocument:
-    """Reads a file, or else the shipped scenario of that name."""
+    """Reads a file, or the shipped scenario of that name."""
     shipped = shipped_names()
     is_file = os.path.isfile(filename)
     if not is_file and str(filename) in shipped:

@@ -1,7 +1,7 @@
-"""The files and trees that a scenario names, and what these name in turn.
+"""The files that a scenario names, and the files that these name in turn.
 
-A map has an image, a model has meshes, textures and other models. Of behavior
-trees `tree_fingerprint` knows what matters, so they do not count as files.
+A map has an image, a model has meshes, textures and other models. Behavior
+trees do not count as files, since `tree_fingerprint` covers them.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,15 +27,12 @@ _YAML = (".yaml", ".yml")
 _WAVEFRONT = (".obj", ".mtl")
 _MARKUP = (".urdf", ".sdf", ".world", ".xml", ".xacro", ".config", ".dae")
 
-# Where a text may name a file: in an attribute or between tags; in a mesh of
-# Wavefront's and its materials, after some words.
-_MARKED = tuple(
-    re.compile(pattern)
-    for pattern in (
-        r"=\s*\"([^\"]{1,500})\"",
-        r"=\s*'([^']{1,500})'",
-        r">([^<>]{1,500})<",
-    )
+# The places of file names in texts: attributes and text between tags in markup;
+# after some keywords in Wavefront meshes and materials.
+_MARKED = (
+    re.compile(r"=\s*\"([^\"]{1,500})\""),
+    re.compile(r"=\s*'([^']{1,500})'"),
+    re.compile(r">([^<>]{1,500})<"),
 )
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _REFERENCE = re.compile(
@@ -45,9 +42,9 @@ _REFERENCE = re.compile(
 
 
 def files_sha256(scenario: Scenario) -> str:
-    """Returns a hash of the content of all named files; empty without any.
+    """Returns a hash of the contents of all named files; empty without files.
 
-    Where they are does not count.
+    Their folders do not matter.
 
     Raises:
         OSError: If one of them cannot be read.
@@ -63,8 +60,8 @@ def files_sha256(scenario: Scenario) -> str:
 
 
 def behavior_sha256(scenario: Scenario) -> str:
-    """Returns a hash of all trees, of which a scenario gives but the names."""
-    # A scenario that is only read or written does without the systems.
+    """Returns a hash of all behavior trees that a scenario names."""
+    # Imported here: only reading or writing needs no systems.
     from hunav_drake.systems.behavior import LoadBehavior
     from hunav_drake.systems.behavior.fingerprint import tree_fingerprint
 
@@ -85,9 +82,9 @@ def behavior_sha256(scenario: Scenario) -> str:
 def named_files(scenario: Scenario) -> list[Path]:
     """Returns all files that a scenario names, and those that they name.
 
-    Whatever text in a scenario is the name of a file counts, so also the
-    parameters of planners, robots and motion models of one's own. A folder
-    that planner or robot have as a parameter stands for all files in it.
+    Every text in a scenario that is the name of a file counts, also in
+    parameters of user-defined planners, robots and motion models. A folder
+    that is a parameter of planner or robot stands for all files in it.
     """
     parts = [
         plain(getattr(scenario, field.name))
@@ -113,7 +110,7 @@ def named_files(scenario: Scenario) -> list[Path]:
 
 
 def _texts(data: Any) -> Iterator[str]:
-    """Yields all texts in plain data, but for the keys of mappings."""
+    """Yields all texts in plain data except keys of mappings."""
     if isinstance(data, str):
         yield data
     elif isinstance(data, Mapping):
@@ -124,10 +121,10 @@ def _texts(data: Any) -> Iterator[str]:
 
 
 def _free_texts(value: Any, kind: Any = None) -> Iterator[str]:
-    """Yields the texts of a configuration that are none of a few words."""
+    """Yields the texts of a configuration that are not of a fixed choice."""
     if dc.is_dataclass(value):
         for field in dc.fields(value):
-            # Of a package, what other files name counts.
+            # Of a package, only the files that other files name count.
             if field.name != "packages":
                 yield from _free_texts(getattr(value, field.name), field.type)
     elif isinstance(value, list | tuple):
@@ -138,14 +135,14 @@ def _free_texts(value: Any, kind: Any = None) -> Iterator[str]:
 
 
 def _files_in(folder: Path) -> Iterator[Path]:
-    """Yields the files of a folder, but those that Python leaves there."""
+    """Yields the files of a folder, except for those of Python's cache."""
     for path in folder.rglob("*"):
         if path.is_file() and "__pycache__" not in path.parts:
             yield path.resolve()
 
 
 def _packages(robot: Any) -> dict[str, Path]:
-    """Returns the folders of packages, as models of robots and worlds do."""
+    """Returns the folders of packages, as for models of robots and worlds."""
     known = PackageMap.MakeEmpty()
     known.PopulateFromRosPackagePath()
     given = robot.get("packages") if isinstance(robot, Mapping) else None
@@ -161,7 +158,7 @@ def _named_in(path: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
     names = _names_in(path)
     folders = [path.parent]
     if path.suffix.lower() == ".xml":
-        # MJCF tells the folder of its meshes apart.
+        # MJCF gives the folder of its meshes separately.
         folders += [
             folder
             for name in names
@@ -180,7 +177,7 @@ def _named_in(path: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
 
 
 def _names_in(path: Path) -> list[str]:
-    """Returns what may be names in a file of text, each once."""
+    """Returns the possible file names in a text file, each once."""
     kind = path.suffix.lower()
     if kind not in (*_YAML, *_WAVEFRONT, *_MARKUP, ".gltf"):
         return []
@@ -194,7 +191,7 @@ def _names_in(path: Path) -> list[str]:
             ]
     elif kind in _WAVEFRONT:
         for line in _REFERENCE.findall(text):
-            # There may be options before a name, and spaces in it.
+            # A name may follow options, and contain spaces.
             words = line.split()
             names += [line, *words]
             names += [" ".join(words[i:]) for i in range(1, len(words))]
@@ -213,7 +210,7 @@ def _names_in(path: Path) -> list[str]:
 def _find(
     text: str, folders: list[Path], packages: Mapping[str, Path]
 ) -> Iterator[Path]:
-    """Yields the files that a text names, if it names any."""
+    """Yields the files that a text names, if any."""
     scheme, mark, rest = text.partition("://")
     if mark and scheme in ("package", "model"):
         name, _, rest = rest.partition("/")
@@ -225,8 +222,8 @@ def _find(
     else:
         places = []
     for place in places:
-        # A folder is a model, of which another file tells.
+        # The folder of a model has a file that describes it.
         for path in (place, place / "model.config"):
-            # Unlike a path's own method, this bears whatever text.
+            # Unlike the method of Path, this accepts any text.
             if os.path.isfile(path):
                 yield path.resolve()

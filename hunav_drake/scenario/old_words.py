@@ -1,4 +1,4 @@
-"""Old words of scenario files: read with a note, and written anew."""
+"""Old keys of scenario files: reading them with a warning, renaming them."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -19,11 +19,9 @@ from hunav_drake.systems.common.old_words import OLD_TAGS, TAG, old_tag
 
 
 def find_old_words(data: Any, hint: Any = Scenario) -> Iterator[Loc]:
-    """Yields the places of old words in plain data.
+    """Yields the paths of old words in plain data.
 
-    Args:
-        data: Plain data, which need not fit the schema.
-        hint: The type that they are to be of.
+    The data should be of the type `hint`, but need not fit it.
     """
     if kind := kind_of(hint):
         if old := old_tag(kind, data):
@@ -40,12 +38,12 @@ def find_old_words(data: Any, hint: Any = Scenario) -> Iterator[Loc]:
 def renew(
     document: YamlDocument, prefix: Loc = (), hint: Any = Scenario
 ) -> None:
-    """Puts new words in the place of old ones, and warns of these.
+    """Replaces old words by new ones, with a warning.
 
     Args:
-        document: What was read, which is changed, but for `composed`.
-        prefix: The part to look at.
-        hint: The type that this part is to be of.
+        document: The document, changed except for `composed`.
+        prefix: The path of the part to change.
+        hint: The type that this part should have.
     """
     data = document.plain(prefix)
     locs = [(*prefix, *loc) for loc in find_old_words(data, hint)]
@@ -63,12 +61,12 @@ def renew(
 
 
 def renew_override(loc: Loc, value: Any, text: str) -> Loc:
-    """Returns where a setting goes; warns if its path or value is old.
+    """Returns the path of an override, with a warning if it has old words.
 
     Args:
-        loc: The path that was given.
-        value: The value as plain data, which is changed.
-        text: The setting as it was written.
+        loc: The given path.
+        value: The given value as plain data, changed.
+        text: The text of the override.
     """
     hint = hint_at(loc)
     old = [(*loc, *it) for it in find_old_words(value, hint)]
@@ -87,19 +85,18 @@ def renew_override(loc: Loc, value: Any, text: str) -> Loc:
 
 
 def renewed_text(content: bytes, name: str) -> tuple[bytes, Counter[str]]:
-    """Returns the text of a scenario, or of several, with the new words.
+    """Returns the text of one or several scenarios with the new words.
 
     Args:
         content: The text in UTF-8.
-        name: What messages call it.
+        name: The name of the text in messages.
 
     Returns:
-        The text, in which all else is as it was; and how often each old word
-        was there.
+        The text, otherwise unchanged; and the number of each old word in it.
 
     Raises:
-        ScenarioError: If it is not YAML, or if the new words cannot be put
-            into its anchors.
+        ScenarioError: If the text is not YAML, or if an anchor keeps a word
+            from being replaced.
     """
     document = parse_yaml(content, name=name)
     if document.findings:
@@ -120,7 +117,7 @@ def renewed_text(content: bytes, name: str) -> tuple[bytes, Counter[str]]:
         text = text[:start] + TAG + text[end:]
     for loc in locs:
         _rename(document, loc)
-    # (By their texts, for not-a-number is not equal to itself.)
+    # (Compared as texts, because NaN is not equal to itself.)
     if repr(parse_yaml(text, name=name).plain()) != repr(document.plain()):
         first = locs[0]
         message = f"is now {TAG!r}; write it yourself, for there are anchors"
@@ -140,14 +137,14 @@ def _rename(document: YamlDocument, loc: Loc) -> None:
 
 
 def _put_tag(holder: dict[str, Any], old: str) -> None:
-    """Renames a key where it stands."""
+    """Renames a key, which keeps its position."""
     entries = {TAG if key == old else key: it for key, it in holder.items()}
     holder.clear()
     holder.update(entries)
 
 
 def _key(document: YamlDocument, loc: Loc) -> Any:
-    """Returns the node of a key in the text; None if it is in an anchor."""
+    """Returns the node of a key in the text; None within an anchor."""
     node, key = document.composed, None
     for step in loc:
         value = getattr(node, "value", None)

@@ -1,42 +1,55 @@
-"""Applies settings from the command line to a scenario."""
+"""Applies overrides, such as settings of the command line, to a scenario."""
 
 from collections.abc import Mapping, Sequence
 import itertools
 import re
 from typing import Any
 
-from hunav_drake.scenario.building import hint_at, kind_of
-from hunav_drake.scenario.error import Loc, path_text, shown
+from hunav_drake.scenario.building import hint_at, kind_of, override_place
+from hunav_drake.scenario.error import Fault, Loc, path_text, shown
 from hunav_drake.scenario.old_words import renew_override
 from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.common.old_words import TAG
 
-# A part of a scenario, as in humans[1].goals[0]: names and places in lists.
+# The path of a part of a scenario, as in humans[1].goals[0].
 _KEY = r"[A-Za-z_][\w-]*"
 _PATH = re.compile(rf"{_KEY}(\.{_KEY}|\[[0-9]{{1,9}}\])*", re.ASCII)
 _STEP = re.compile(rf"({_KEY})|\[([0-9]+)\]", re.ASCII)
 _MAX_STEPS = 20
 
 
-def override_texts(overrides: Mapping[str, str] | Sequence[str]) -> list[str]:
-    """Returns settings as they are written: ["robot.radius=0.3"]."""
-    if isinstance(overrides, str):
-        return [overrides]
-    if isinstance(overrides, Mapping):
-        return [f"{path}={value}" for path, value in overrides.items()]
-    return list(overrides)
+def apply_overrides(
+    data: Any, overrides: Mapping[str, str] | Sequence[str]
+) -> tuple[dict[Loc, str], list[Fault]]:
+    """Applies overrides to plain data, in order.
 
+    Args:
+        data: The data, changed. Missing mappings along a path are created,
+            missing members of lists are not.
+        overrides: Texts of a path, an equals sign and a value in YAML, such
+            as "robot.radius=0.3"; one such text; or a mapping of paths to
+            values.
 
-def apply_override(data: Any, text: str) -> Loc:
-    """Sets one part of plain data: a path, an equals sign, a value in YAML.
-
-    Mappings on the way are made where they are missing; members of lists are
-    not. Returns the path as steps.
-
-    Raises:
-        ValueError: If the text is not of that form, its value is not YAML, or
-            its path does not fit the data.
+    Returns:
+        The text of each override by the path that it set; and the faults of
+        those that could not be applied.
     """
+    if isinstance(overrides, str):
+        overrides = [overrides]
+    elif isinstance(overrides, Mapping):
+        overrides = [f"{path}={value}" for path, value in overrides.items()]
+    locs = {}
+    faults = []
+    for text in overrides:
+        try:
+            locs[_apply(data, text)] = text
+        except ValueError as error:
+            faults.append(Fault(override_place(text), 0, "", str(error)))
+    return locs, faults
+
+
+def _apply(data: Any, text: str) -> Loc:
+    """Applies one override; returns its path, or raises a ValueError."""
     path, equals, value_text = text.partition("=")
     path = path.strip()
     loc: Loc = tuple(name or int(index) for name, index in _STEP.findall(path))
@@ -66,7 +79,7 @@ def apply_override(data: Any, text: str) -> Loc:
 
 
 def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:
-    """Makes a mapping of what is missing, or of the bare name of a choice."""
+    """Makes a mapping of a missing part, or of the bare name of a choice."""
     value = target.get(step)
     if value is None:
         target[step] = {}
@@ -75,7 +88,7 @@ def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:
 
 
 def _member(data: Any, loc: Loc) -> Any:
-    """Returns the part of some data that the last step of a path leads to."""
+    """Returns the part of data at the last step of a path."""
     step = loc[-1]
     whole = path_text(None, loc[:-1]) or "the scenario"
     if isinstance(step, str):

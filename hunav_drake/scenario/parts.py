@@ -1,4 +1,4 @@
-"""The classes that the parts of a scenario are of, gathered for users."""
+"""The classes of the parts of a scenario, gathered for users."""
 
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig

@@ -1,4 +1,4 @@
-"""The people of a scenario: those listed, and those drawn."""
+"""The people of a scenario: listed and drawn at random."""
 
 from collections.abc import Iterator, Sequence
 import dataclasses as dc
@@ -12,36 +12,32 @@ from hunav_drake.systems.people.population import (
     PopulationError,
     draw_with_traffic,
 )
-from hunav_drake.systems.people.population_config import (
-    CohortConfig,
-    PopulationConfig,
-    SourceConfig,
-)
+from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.solids import WorldFileError
 
 
 def draw_people(scenario: Scenario) -> list[HumanConfig]:
-    """Returns all people of a scenario, who have names and numbers.
+    """Returns all people of a scenario, with names and numbers.
 
-    Those who are listed come first, then those of its population; last, those
-    who come in at sources, whose poses are places where they may do so.
+    The order is: listed people, cohorts of the population, arrivals at
+    sources. The pose of an arrival is a possible place of arrival.
 
     Raises:
-        PopulationError: If there is no room for somebody.
+        PopulationError: If there is no room for a person.
     """
     return with_drawn_people(scenario)[0].humans
 
 
 def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
-    """Returns a scenario in which the people of its population are listed.
+    """Returns a scenario with the people of its population in its list.
 
     Returns:
-        The scenario; and who of its people come in at sources and leave at
-        sinks, or None if nobody does.
+        The scenario; and the arrivals at sources and departures at sinks,
+        None if there are none.
 
     Raises:
-        PopulationError: If there is no room for somebody.
+        PopulationError: If there is no room for a person.
     """
     drawn = _draw(scenario)
     listed = dc.replace(
@@ -54,10 +50,10 @@ def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
 
 
 def people_seed(scenario: Scenario) -> int | None:
-    """Returns the seed of the trial if its people are drawn by it, else None.
+    """Returns the seed of the trial if it draws the people, else None.
 
-    They are those of a population without a `seed` of its own: each seed has
-    others, and a diagram is of one of them.
+    It draws the people of a population without its own `seed`. A diagram then
+    holds the people of one seed.
     """
     population = scenario.population
     follows = population.seed is None and population.number > 0
@@ -85,9 +81,9 @@ def _draw(scenario: Scenario) -> Drawn:
 
 
 def _first_free(groups: Sequence[int], number: int) -> int:
-    """Returns the first of so many numbers in a row that no group has.
+    """Returns the first of `number` consecutive numbers that no group has.
 
-    They follow those of all groups, if they can.
+    They are the largest free ones.
     """
     taken = sorted({-1, *(it for it in groups if it >= 0)})
     ends = [*taken[1:], MAX_GROUP_ID + 1]
@@ -99,12 +95,12 @@ def _first_free(groups: Sequence[int], number: int) -> int:
     return gaps[-1]
 
 
-# What hangs together in a cohort or a source.
+# The keys of a cohort or a source that depend on each other.
 _KEYS = ("number", "max_present", "rate", "radius", "spacing", "start")
 
 
 def check_population(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for people of a population who have no room, or no own name."""
+    """Finds people of a population without room, or with a name in use."""
     uses: tuple[Loc, ...] = (
         ("humans",),
         ("robot", "start"),
@@ -113,6 +109,8 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("population", "seed"),
         ("simulation", "seed"),
     )
+    if not scenario.population.number:
+        return
     try:
         people = _draw(scenario).people
     except PopulationError as error:
@@ -125,7 +123,7 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(loc, fault.message, uses=(*own, loc[:3], *uses))
         return
     except WorldFileError:
-        # It is told where it stands.
+        # The check of the world reports it.
         return
     yield from _check_names(scenario, people)
 
@@ -135,32 +133,24 @@ def _check_names(
 ) -> Iterator[Finding]:
     listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
     drawn = iter(people)
-    population = scenario.population
-    kinds: list[tuple[str, Sequence[CohortConfig | SourceConfig]]] = [
-        ("cohorts", population.cohorts),
-        ("sources", population.sources),
-    ]
-    for kind, i, members in (
-        (kind, i, members)
-        for kind, everybody in kinds
-        for i, members in enumerate(everybody)
-    ):
-        for _ in range(members.number):
-            name = next(drawn).name
-            if name in listed:
-                human: Loc = ("humans", listed[name])
-                yield Finding(
-                    ("population", kind, i, "name"),
-                    f"must not give a name that somebody has, but"
-                    f" {shown(name)} is {path_text(scenario, human)}; rename"
-                    " one",
-                    uses=((*human, "name"),),
-                )
-                break
+    for kind in ("cohorts", "sources"):
+        for i, members in enumerate(getattr(scenario.population, kind)):
+            # Of each cohort or source, the first clash is reported.
+            names = [next(drawn).name for _ in range(members.number)]
+            name = next((it for it in names if it in listed), None)
+            if name is None:
+                continue
+            human: Loc = ("humans", listed[name])
+            yield Finding(
+                ("population", kind, i, "name"),
+                f"must not give a name that somebody has, but {shown(name)} is"
+                f" {path_text(scenario, human)}; rename one",
+                uses=((*human, "name"),),
+            )
 
 
 def check_areas(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for areas out of which the start jitter may take people."""
+    """Finds areas from which the start jitter may move people out of range."""
     most = MAX_COORDINATE - scenario.simulation.start_jitter
     for i, cohort in enumerate(scenario.population.cohorts):
         for k, area in enumerate(cohort.start):

@@ -1,4 +1,4 @@
-"""What the seed of a trial draws, and what is said where it draws nothing."""
+"""The random draws of a trial, and advice where there are none."""
 
 from collections.abc import Iterator
 
@@ -12,24 +12,25 @@ from hunav_drake.systems.people.population_config import MembersConfig
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
-# The modes of force weights that draw.
+# The modes in which weights of forces are drawn at random.
 _DRAWN_MODES = ("random_normal", "random_uniform")
 
-# The behaviors in which no robot pushes; trees of one's own may ask for it.
+# The behaviors in which the robot does not push; user-defined trees may ask
+# for it.
 _UNPUSHED = frozenset(BEHAVIORS) - {"scared"}
 
 
 def drawn_by_seed(scenario: Scenario) -> tuple[str, ...]:
-    """Returns what the seed of a trial draws, in words; () for nothing.
+    """Returns the random draws of a trial, in words; () if there are none.
 
-    If it draws nothing, all seeds give equal trials, to the last bit. If it
-    draws something, recordings differ, but where that is felt by nobody: the
-    weights of forces move no one who stands alone.
+    Without draws, all seeds give bitwise equal trials. With draws, recordings
+    differ, unless a draw has no effect: weights of forces do not move a person
+    without neighbors.
 
-    Sensors and perceptions of one's own, which get the seed, may draw.
+    User-defined sensors and perceptions, which get the seed, may draw.
 
     Args:
-        scenario: What happens. Its own seed does not matter.
+        scenario: The scenario. Its own seed does not matter.
     """
     return tuple(_draws(scenario))
 
@@ -52,13 +53,13 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "noise of the lidar"
     for part in (scenario.planner.sees, *scenario.sensors):
         if is_own(part):
-            yield f"{type(part).__name__} of one's own"
+            yield f"user-defined {type(part).__name__}"
 
 
 def _feels_weights(
     people: HumanConfig | MembersConfig, model: MotionModel
 ) -> bool:
-    """Returns whether weights of forces are drawn that people move by."""
+    """Returns whether drawn weights of forces have an effect on people."""
     if people.forces_mode not in _DRAWN_MODES:
         return False
     if is_own(model) or model.uses_weights == "all":
@@ -73,11 +74,11 @@ def _feels_weights(
 
 
 def _is_noise_seen(scenario: Scenario) -> bool:
-    """Returns whether the planner gets distances with noise."""
+    """Returns whether the planner gets ranges with noise."""
     planner = scenario.planner
     lidars = [it for it in scenario.sensors if isinstance(it, LidarConfig)]
     if is_own(planner) and not hasattr(planner, "scan_size"):
-        # Its system may have an input for the scan of any of them.
+        # Its system may have an input port for the scan of any lidar.
         return any(lidar.noise > 0 for lidar in lidars)
     lidar = first_lidar(scenario)
     asks = planner.sees.by_lidar or asked_scan_size(planner) != 0
@@ -85,12 +86,12 @@ def _is_noise_seen(scenario: Scenario) -> bool:
 
 
 def is_own(part: object) -> bool:
-    """Returns whether a part of a scenario is of a class of the user's own."""
+    """Returns whether the class of a part of a scenario is user-defined."""
     return not type(part).__module__.startswith("hunav_drake.")
 
 
 def how_to_draw(scenario: Scenario) -> str:
-    """Returns what to set so that seeds differ, where they do not."""
+    """Returns the settings that make trials of different seeds differ."""
     population = scenario.population
     if not scenario.humans and not population.number:
         return "add people with simulation.start_jitter, or a population"
@@ -103,7 +104,7 @@ def how_to_draw(scenario: Scenario) -> str:
 
 
 def same_for_all_seeds(scenario: Scenario) -> str:
-    """Returns that all seeds give the same trial, or an empty text."""
+    """Returns a note if all seeds give the same trial, else an empty text."""
     if drawn_by_seed(scenario):
         return ""
     return (

@@ -1,4 +1,4 @@
-"""Checks that there are ways to the goals, wide enough for who goes there."""
+"""Checks that robot and people can reach their goals."""
 
 from collections.abc import Iterator, Sequence
 import functools
@@ -15,24 +15,24 @@ from hunav_drake.systems.world.solids import Fixture, WorldFileError
 
 Point = tuple[float, float]
 
-# What touches is not apart, in meters.
+# Shapes closer than this touch, in meters.
 _TOUCH = 1e-6
 
-# Widths of doors are found to this, in meters; narrower ones are walls.
+# The accuracy of widths of doors, and the narrowest door, in meters.
 _WIDTH = 0.005
 _NARROWEST = 0.02
 
-# How far the free space reaches beyond all walls, in meters.
+# The margin of the free space around all walls, in meters.
 _MARGIN = 5.0
 
 
 class Gap(NamedTuple):
-    """The widest way between two places, where it is narrowest.
+    """The narrowest place of the widest way between two points.
 
     Attributes:
-        width: In meters.
-        place: Its middle, (x, y) in W, in meters.
-        sides: The two nearest things there, as places in the world, such as
+        width: Its width, in meters.
+        place: Its center, (x, y) in W, in meters.
+        sides: The two nearest objects there, as paths in the world, such as
             ("walls", 3).
     """
 
@@ -42,21 +42,21 @@ class Gap(NamedTuple):
 
 
 class FreeSpace:
-    """Where bodies can be among what stands in a world, and get to."""
+    """The space of a world in which discs can move; points are (x, y) in W."""
 
     def __init__(self, fixtures: Sequence[Fixture], around: Any = ()) -> None:
         """Constructs the free space.
 
         Args:
-            fixtures: All that stands in the world: see `World.fixtures`.
-            around: Places (x, y) in W, in meters, that it contains besides.
+            fixtures: All objects of the world: see `World.fixtures`.
+            around: Further points, in meters, that it must contain.
         """
         shapes = [
             (shapely.polygons if it.closed else shapely.linestrings)(outline)
             for it in fixtures
             for outline in it.footprints
         ]
-        # (Polygons that cross themselves are faults of their own.)
+        # (Another check reports polygons that cross themselves.)
         self.shapes = [
             it if it.is_valid else shapely.make_valid(it) for it in shapes
         ]
@@ -78,15 +78,9 @@ class FreeSpace:
         return list(shapely.get_parts(free))
 
     def room(self, place: Point, radius: float) -> Any:
-        """Returns where a disc can get to from a place.
+        """Returns the polygon of places that a disc's center can reach.
 
-        Args:
-            place: (x, y) in W, in meters.
-            radius: That of the disc, in meters.
-
-        Returns:
-            The polygon of all places of its center; None if it has no room at
-            the start.
+        It is None if the disc has no room at the start. Lengths are in meters.
         """
         point = shapely.Point(place)
         for room in self._rooms(radius):
@@ -97,13 +91,9 @@ class FreeSpace:
     def joins(
         self, start: Point, goal: Point, radius: float, tolerance: float
     ) -> bool:
-        """Tells whether a disc gets from a start to near a goal.
+        """Returns whether a disc can move from a start to near a goal.
 
-        Args:
-            start: (x, y) in W, in meters.
-            goal: The same.
-            radius: That of the disc, in meters.
-            tolerance: How near to the goal is near enough, in meters.
+        The tolerance is the accepted distance to the goal. All are in meters.
         """
         room = self.room(start, radius)
         if room is None:
@@ -112,21 +102,15 @@ class FreeSpace:
         return bool(distance <= max(tolerance, _TOUCH))
 
     def is_outside(self, place: Point, radius: float) -> bool:
-        """Tells whether a disc at a place is outside of all closed walls."""
+        """Returns whether a disc at a place is outside of all closed walls."""
         room = self.room(place, radius)
         edge = self._whole.exterior
         return room is not None and bool(room.distance(edge) <= _TOUCH)
 
     def gap(self, start: Point, goal: Point, radius: float) -> Gap | None:
-        """Returns what keeps a disc from a goal that smaller ones reach.
+        """Returns the gap that is too narrow for a disc on its way to a goal.
 
-        Args:
-            start: (x, y) in W, in meters.
-            goal: The same.
-            radius: That of a disc that cannot get from one to the other.
-
-        Returns:
-            The gap, or None if there is no way even for small bodies.
+        It is None if there is no way for any disc. Lengths are in meters.
         """
         low, high = _NARROWEST / 2, radius
         if not self.joins(start, goal, low, 0.0):
@@ -139,23 +123,19 @@ class FreeSpace:
                 high = middle
         here, there = self.room(start, high), self.room(goal, high)
         if here is None or there is None:
-            # The narrow place is where one of them stands.
+            # The narrow place is at the start or at the goal.
             place = shapely.Point(goal if there is None else start)
         else:
             place = shapely.shortest_line(here, there).centroid
         near = self._tree.query(place, predicate="dwithin", distance=3 * radius)
         order = sorted(near, key=lambda i: self.shapes[i].distance(place))
         nearest = tuple(dict.fromkeys(self.places[i] for i in order))[:2]
-        # In their order in the file.
+        # In the order of the file.
         sides = dict.fromkeys(it for it in self.places if it in nearest)
         return Gap(low + high, (place.x, place.y), tuple(sides))
 
     def nearest(self, place: Point) -> tuple[Loc, float] | None:
-        """Returns the nearest thing, and how far it is, in meters.
-
-        Args:
-            place: (x, y) in W, in meters.
-        """
+        """Returns the nearest object and its distance, in meters."""
         if not self.shapes:
             return None
         point = shapely.Point(place)
@@ -165,16 +145,10 @@ class FreeSpace:
     def before(
         self, start: Point, end: Point, radius: float
     ) -> tuple[Loc, float] | None:
-        """Returns the first thing that a disc meets on a straight line.
+        """Returns the first object that a disc meets on a straight line.
 
-        Args:
-            start: (x, y) in W, in meters.
-            end: The same.
-            radius: That of the disc, in meters; what it glides along is not
-                met.
-
-        Returns:
-            The thing, and how far from the start it is, in meters.
+        With it comes its distance from the start, in meters. An object that
+        the disc only slides along is not met.
         """
         line = shapely.LineString([start, end])
         strip = line.buffer(0.95 * radius, cap_style="flat")
@@ -186,7 +160,7 @@ class FreeSpace:
         return (self.places[min(met)[1]], min(met)[0]) if met else None
 
     def between(self, start: Point, goal: Point) -> Loc | None:
-        """Returns the first thing on the straight line to a goal."""
+        """Returns the first object on the straight line to a goal."""
         line = shapely.LineString([start, goal])
         hit = self._tree.query(line, predicate="intersects")
         first = shapely.Point(start)
@@ -211,7 +185,7 @@ def free_space(scenario: Scenario) -> FreeSpace | None:
 
 
 def check_ways(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for goals of the robot and of people that they cannot reach.
+    """Finds goals that the robot or people cannot reach.
 
     People turn sideways in narrow doors: see `route_clearance`.
     """
@@ -255,15 +229,10 @@ def no_way(
     *,
     tolerance: float,
 ) -> str:
-    """Returns why a body cannot reach a goal, and what to do; "" if it can.
+    """Returns why a disc cannot reach a goal, and a remedy; "" if it can.
 
-    Args:
-        scenario: Where walls have their names.
-        space: Its free space.
-        start: (x, y) in W, in meters.
-        goal: The same.
-        radius: That of the body, in meters.
-        tolerance: How near to the goal is near enough, in meters.
+    `space` is the free space of the scenario, `tolerance` the accepted
+    distance to the goal. Lengths are in meters, points in W.
     """
     room = space.room(start, radius)
     if room is None or space.joins(start, goal, radius, tolerance):
@@ -296,30 +265,12 @@ def no_way(
 
 
 def nearest_in(room: Any, place: Point) -> Point:
-    """Returns the place of a room that is nearest to some other place."""
+    """Returns the point of a polygon that is nearest to a given point."""
     nearest = shapely.shortest_line(room, shapely.Point(place))
     x, y = shapely.get_coordinates(nearest)[0].tolist()
     return x, y
 
 
-def check_angles(scenario: Scenario) -> Iterator[Finding]:
-    """Looks for headings of more than a turn: they may be in degrees."""
-    headings: list[tuple[Loc, float]] = [
-        (("robot", "start", 2), scenario.robot.start[2])
-    ]
-    if scenario.robot.goal is not None:
-        headings.append((("robot", "goal", 2), scenario.robot.goal[2]))
-    for i, human in enumerate(scenario.humans):
-        headings.append((("humans", i, "pose", 2), human.pose[2]))
-    for loc, yaw in headings:
-        if abs(yaw) > 2 * math.pi:
-            yield Finding(
-                loc,
-                f"is {yaw:g} rad, more than a whole turn; if it is in degrees,"
-                f" write {math.radians(yaw):.4f}",
-            )
-
-
 def _down(length: float) -> str:
-    """Returns a length rounded down, so that a body of it fits."""
+    """Returns a length, rounded down so that a body of it fits."""
     return f"{math.floor(length * 100 + 1e-6) / 100:.2f}"

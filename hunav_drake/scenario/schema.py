@@ -1,7 +1,7 @@
-"""What a scenario file says, as a tree of dataclasses.
+"""The content of a scenario file as a tree of dataclasses.
 
-The keys of the file are the names of the fields; what is left out has the
-default written here.
+The keys of the file are the names of the fields. A missing key has the default
+given here.
 """
 
 from dataclasses import field
@@ -27,36 +27,35 @@ from hunav_drake.systems.world.shapes import World
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SimulationConfig:
-    """How long and how finely the trial runs."""
+    """Duration, time step, seed and end of the trial."""
 
     time_step: Annotated[StrictFloat, within(1e-4, 0.5, "s")] = 0.05
-    """The one step of everything, in seconds."""
+    """Time step of the whole simulation, in seconds."""
 
     duration: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
         60.0
     )
-    """The trial ends after this time at the latest, in seconds: a multiple of
-    the step."""
+    """Time limit of the trial, in seconds: a multiple of the time step."""
 
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] = 0
-    """All that is drawn at random in the trial follows from this number, and so
-    do the people of a population without a `seed` of its own."""
+    """Seed of all random draws in the trial, and of the people of a population
+    without its own `seed`."""
 
     start_jitter: Annotated[StrictFloat, within(0, 1, "m")] = 0.0
-    """Each person starts up to this far from the given place, along x and along
-    y, in meters."""
+    """Largest random offset of each person's start along x and along y, in
+    meters."""
 
     stuck_time: Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] = (
         30.0
     )
-    """The trial ends as stuck once the robot, with a goal, has not moved
-    `stuck_distance` in this time, in seconds. Planners with maps need some 18 s
-    to notice that they get nowhere and to recover for the first time."""
+    """Time, in seconds, after which a robot with a goal that has not moved by
+    `stuck_distance` is stuck, which ends the trial. Planners with maps need
+    about 18 s to detect that they make no progress and to recover once."""
 
     stuck_distance: Annotated[
         StrictFloat, within(0, 100, "m", low_open=True)
     ] = 0.5
-    """How far the robot must move within `stuck_time`, in meters."""
+    """Distance that the robot must move within `stuck_time`, in meters."""
 
 
 @plain_errors
@@ -65,47 +64,47 @@ class Scenario:
     """A trial: a world, people, a robot with its planner, and an evaluator."""
 
     name: FileName = ""
-    """What the trial is called in tables; by default as its file is."""
+    """Name of the trial in tables; by default, that of its file."""
 
     description: StrictStr = ""
-    """One line on what happens here."""
+    """Description of the trial in one line."""
 
     world: World = field(default_factory=World)
-    """Everything that does not move."""
+    """World: everything that does not move."""
 
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
-    """How people move, and how they take in the world."""
+    """Motion model of the people, and how they perceive the world."""
 
     humans: list[HumanConfig] = field(default_factory=list)
-    """The people, one by one. Those without a name or a number are given
-    "human_1", "human_2", ... and 1, 2, ... as far as these are free."""
+    """People, one by one. A person without a name or a number gets the next
+    free one of "human_1", "human_2", ... and 1, 2, ..."""
 
     population: PopulationConfig = field(default_factory=PopulationConfig)
-    """People who are drawn, besides those listed under humans."""
+    """People drawn at random, in addition to those listed under humans."""
 
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
-    """The robot, with its start and its goal."""
+    """Robot, with its start and its goal."""
 
     planner: Annotated[PlannerConfig, PLANNERS] = field(
         default_factory=PLANNERS.make
     )
-    """What drives the robot."""
+    """Planner that drives the robot."""
 
     sensors: list[Annotated[SensorConfig, SENSORS]] = field(
         default_factory=list
     )
-    """What the robot, or the place, measures with."""
+    """Sensors, on the robot or fixed in the world."""
 
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
-    """What is measured of the trial."""
+    """Recording and metrics of the trial."""
 
     simulation: SimulationConfig = field(default_factory=SimulationConfig)
-    """How long and how finely the trial runs."""
+    """Duration, time step, seed and end of the trial."""
 
     scene: SceneConfig = field(default_factory=SceneConfig)
-    """What is seen of the trial, where it is shown."""
+    """Visualization of the trial."""
 
     def __post_init__(self) -> None:
-        """Gives names and numbers to the people who have none."""
+        """Gives names and numbers to people without them."""
         if any(not it.name or it.id is None for it in self.humans):
             self.humans = name_people(self.humans)

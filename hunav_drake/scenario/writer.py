@@ -1,4 +1,4 @@
-"""Writes a scenario as YAML that a person can read and change."""
+"""Writes a scenario as readable YAML."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -20,14 +20,14 @@ from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
     """Writes a scenario as YAML.
 
-    LoadScenario() makes an equal scenario of it. Only what differs from the
-    defaults is written.
+    LoadScenario() reads an equal scenario from it. Only values that differ
+    from the defaults are written.
 
     Args:
         scenario: The scenario; it is not checked.
-        filename: The file to write, if any. It appears as a whole or not at
-            all, in place of the one that was there. Paths in it start at it,
-            but for those with which it has no folder in common.
+        filename: The file to write, if any. An existing file is replaced
+            atomically. Paths in it are relative to its folder, except for
+            those that have no folder in common with it.
 
     Returns:
         The text.
@@ -59,13 +59,13 @@ def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
 def yaml_text(
     data: Any, *, indented: bool = False, flow: bool = False, width: int = 80
 ) -> str:
-    """Writes plain data as YAML, as `SaveScenario` does.
+    """Returns plain data as YAML, in the style of `SaveScenario`.
 
     Args:
         data: Numbers, texts, flags, lists and mappings.
-        indented: Whether lists stand deeper than their keys.
-        flow: Whether it is written in braces and brackets, in one line.
-        width: Where long texts are broken, in characters.
+        indented: Whether to indent lists below their keys.
+        flow: Whether to write one line with braces and brackets.
+        width: The line length at which long texts break, in characters.
     """
     text: str = yaml.dump(
         data,
@@ -82,16 +82,14 @@ def yaml_text(
 
 
 def plain(value: Any, *, whole: bool = True) -> Any:
-    """Returns a dataclass as lists, mappings and scalars.
+    """Returns a scenario or a part of it as lists, mappings and scalars.
 
-    Args:
-        value: A scenario, or a part of one.
-        whole: Whether what is as by default is there, too.
+    Default values are left out unless `whole` is set.
     """
     if isinstance(value, list | tuple):
         return [plain(item, whole=whole) for item in value]
     name = known_name(value)
-    # What nobody has registered has no form as data.
+    # A class that is not registered has no form as data.
     nameless = hasattr(type(value), "__registry__") and name is None
     if not dc.is_dataclass(value) or nameless:
         return value
@@ -100,7 +98,7 @@ def plain(value: Any, *, whole: bool = True) -> Any:
     ):
         return {TAG: value.type, **value.ports}
     result: dict[str, Any] = {TAG: name} if name else {}
-    # What is as by default may hang on a profile.
+    # Defaults may depend on a profile.
     defaults = (
         value.defaults()
         if isinstance(value, CrowdConfig | EvaluatorConfig)
@@ -126,7 +124,7 @@ class _Dumper(yaml.SafeDumper):
 
 
 class _IndentedDumper(_Dumper):
-    """Writes lists deeper than their keys."""
+    """Indents lists below their keys."""
 
     # (PyYAML's stubs leave the method without types.)
     def increase_indent(self, flow: bool = False, indentless: bool = False):  # type: ignore[no-untyped-def]
@@ -135,7 +133,7 @@ class _IndentedDumper(_Dumper):
 
 
 class _FlowDumper(_Dumper):
-    """Writes all in one line, in braces and brackets."""
+    """Writes one line with braces and brackets."""
 
     def serialize_node(self, node: Any, parent: Any, index: Any) -> Any:
         if isinstance(node, yaml.CollectionNode):
@@ -153,8 +151,8 @@ def _represent_list(dumper: Any, items: list[Any]) -> Any:
 
 
 def _represent_text(dumper: Any, text: str) -> Any:
-    # PyYAML follows YAML 1.1, in which 1e3, say, is text; and it reads the
-    # rarer line ends back as spaces unless they are escaped.
+    # PyYAML follows YAML 1.1, in which 1e3, for instance, is text; and it reads
+    # rare line ends back as spaces unless they are escaped.
     style = None if isinstance(resolve(text), str) else "'"
     lines = text.split("\n")
     if len(lines) > 1 and all(line.isprintable() for line in lines):

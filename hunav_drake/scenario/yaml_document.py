@@ -1,4 +1,4 @@
-"""A YAML document as nodes with their lines."""
+"""A YAML document as nodes with their line numbers."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,11 +11,11 @@ class YamlNode:
     """A part of a document.
 
     Attributes:
-        line: The line where it begins, from 1.
-        value: A scalar, a list of nodes, or a mapping from each key to its
-            line and node.
-        size: How many nodes it unfolds to, itself included.
-        height: How many levels of lists and mappings are inside.
+        line: Its first line, from 1.
+        value: A scalar, a list of nodes, or a mapping of keys to pairs (line,
+            node).
+        size: Its number of nodes with aliases expanded, itself included.
+        height: The number of nested levels of lists and mappings in it.
     """
 
     line: int
@@ -24,7 +24,7 @@ class YamlNode:
     height: int = 0
 
     def plain(self) -> Any:
-        """Returns it as lists, mappings and scalars of its caller's own."""
+        """Returns a copy of it as lists, mappings and scalars."""
         if isinstance(self.value, list):
             return [node.plain() for node in self.value]
         if isinstance(self.value, dict):
@@ -34,15 +34,15 @@ class YamlNode:
 
 @dataclass
 class YamlDocument:
-    """What was read, and what is wrong with the YAML itself.
+    """The content of a document, and the faults of its YAML.
 
     Attributes:
-        name: What messages call the document.
-        root: The whole, or None if it could not be read at all.
-        findings: What is wrong, each with its line (0 for the whole file).
-        unread: The parts that have no meaning because of it.
-        composed: The nodes of PyYAML, which know where in the text they begin
-            and end; an alias is a scalar node of its own.
+        name: The name of the document in messages.
+        root: The root node; None if the document cannot be read at all.
+        findings: The faults, each with its line (0 for the whole file).
+        unread: The parts that have no meaning because of faults.
+        composed: The root node of PyYAML, whose nodes have their positions in
+            the text; an alias is a separate scalar node.
     """
 
     name: str
@@ -52,19 +52,19 @@ class YamlDocument:
     composed: Any = field(default=None, repr=False, compare=False)
 
     def find(self, loc: Loc) -> YamlNode | None:
-        """Returns a part; None if it is not there."""
+        """Returns the node of a part; None if it does not exist."""
         node = self.root
         for step in loc:
             node = None if node is None else _step(node, step)[1]
         return node
 
     def plain(self, loc: Loc = ()) -> Any:
-        """Returns a part as plain data; None if it is not there."""
+        """Returns a part as plain data; None if it does not exist."""
         node = self.find(loc)
         return None if node is None else node.plain()
 
     def line(self, loc: Loc) -> int:
-        """Returns the line of a part, or of the nearest one around it."""
+        """Returns the line of a part, or of the part around it that exists."""
         node = self.root
         line = 0 if node is None else node.line
         for step in loc:
@@ -76,7 +76,7 @@ class YamlDocument:
 
 
 def _step(node: YamlNode, step: str | int) -> tuple[int, YamlNode | None]:
-    """Returns the line and the node of a child, or (0, None)."""
+    """Returns the line and the node of a child; (0, None) if there is none."""
     value = node.value
     if isinstance(step, str) and isinstance(value, dict) and step in value:
         line, inner = value[step]

@@ -1,11 +1,11 @@
-"""Reads YAML text as plain data, and remembers the line of every part.
+"""Reads YAML text as plain data with the line number of every part.
 
-The text may come from anywhere: its size, its nesting, and what its anchors
-unfold to are limited, and whatever is wrong with it becomes a finding.
+The text need not be trusted: its size, its nesting, and the number of nodes
+after expansion of aliases are limited, and each fault becomes a finding.
 
-Words are read as in the core schema of YAML 1.2: `true` and `false` are flags,
-`null` and `~` are nothing, decimal numbers (also `1e3`, `.inf`, `.nan`) are
-numbers. All else is text: `yes`, `1:30`, `2026-01-31`, `0x1F`, `1_000`.
+Scalars are read as in the core schema of YAML 1.2: `true` and `false` are
+Booleans, `null` and `~` are None, decimal numbers (also `1e3`, `.inf`, `.nan`)
+are numbers. All else is text: `yes`, `1:30`, `2026-01-31`, `0x1F`, `1_000`.
 """
 
 from dataclasses import replace
@@ -22,8 +22,8 @@ from yaml.resolver import BaseResolver
 from hunav_drake.scenario.error import Finding, Loc, shown
 from hunav_drake.scenario.yaml_document import YamlDocument, YamlNode
 
-# The largest file, in bytes; the most parts it may unfold to; how deep lists
-# and mappings may nest.
+# Limits: the size of a file, in bytes; the number of nodes with aliases
+# expanded; the depth of nested lists and mappings.
 MAX_BYTES = 16 * 2**20
 MAX_NODES = 200_000
 MAX_DEPTH = 50
@@ -60,18 +60,14 @@ _TAGS = {
         (yaml.MappingNode, "map"),
     )
 }
-# Tags of our own, which no document can write: of words without quotes, and of
+# Internal tags, which no document can contain: of unquoted scalars and of
 # aliases.
 _PLAIN: Any = object()
 _ALIAS: Any = object()
 
 
 def read_yaml(path: str | Path) -> YamlDocument:
-    """Reads a file of YAML; never raises for what is in it.
-
-    Args:
-        path: The file. A directory, a pipe or a missing file is a finding.
-    """
+    """Reads a YAML file; all faults are findings, also a missing file."""
     name = str(path)
     try:
         status = os.stat(path)
@@ -82,7 +78,7 @@ def read_yaml(path: str | Path) -> YamlDocument:
         if status.st_size > MAX_BYTES:
             return _broken(name, 0, _too_large(status.st_size))
         with open(path, "rb") as file:
-            # It may have grown since.
+            # The file may have grown since.
             content = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -91,10 +87,7 @@ def read_yaml(path: str | Path) -> YamlDocument:
 
 
 def parse_yaml(text: str | bytes, *, name: str) -> YamlDocument:
-    """Reads a document from text, or bytes in UTF-8; never raises for it.
-
-    `name` is what messages call it.
-    """
+    """Reads a document, called `name` in messages; all faults are findings."""
     if len(text) > MAX_BYTES:
         return _broken(name, 0, _too_large(len(text)))
     if isinstance(text, bytes):
@@ -109,20 +102,20 @@ def parse_yaml(text: str | bytes, *, name: str) -> YamlDocument:
         line = text.count("\n", 0, bad.start()) + 1
         what = f"character U+{ord(bad.group()):04X} at offset {bad.start()}"
         return _broken(name, line, f"is not a text file: {what}")
-    # Each directive is compared with all before it, so many of them are slow.
+    # The parser compares each directive with all before: many are slow.
     if len(re.findall(r"(?m)^%", text)) > 10:
         return _broken(name, 1, "has more than 10 YAML directives (%)")
     return _read(text, name)
 
 
 def resolve(text: str) -> Any:
-    """Returns what an unquoted word stands for."""
+    """Returns the value of an unquoted scalar."""
     if text in _CONSTANTS:
         return _CONSTANTS[text]
     if len(text) > 5000:
         return text
     if _INT.fullmatch(text):
-        # Beyond any range, and Python refuses to read very long integers.
+        # No range holds a longer one, and Python refuses to parse it.
         return int(text) if len(text) <= 100 else float(text)
     return float(text) if _FLOAT.fullmatch(text) else text
 
@@ -142,12 +135,11 @@ class _LimitError(Exception):
 class _Composer(Composer, BaseResolver):
     """Composes nodes as PyYAML does, within the limits, and keeps aliases.
 
-    An alias becomes a scalar node of its own, whose value is the name of the
+    An alias becomes a separate scalar node, whose value is the name of the
     anchor; every other node has its anchor as an attribute.
     """
 
     def __init__(self, parser: Any) -> None:
-        """Takes events from a parser, that of PyYAML or of LibYAML."""
         Composer.__init__(self)
         BaseResolver.__init__(self)
         self.check_event = parser.check_event
@@ -165,9 +157,9 @@ class _Composer(Composer, BaseResolver):
             marks = event.start_mark, event.end_mark
             return yaml.ScalarNode(_ALIAS, event.anchor, *marks)
         if event.tag == "!":
-            # Says that a word is text, as quotes do.
+            # This tag marks a scalar as text, as quotes do.
             event.implicit = (False, True)
-        # An anchor may be set again; PyYAML alone refuses that.
+        # YAML allows to define an anchor again; PyYAML does not.
         self.anchors.clear()
         nests = isinstance(event, yaml.CollectionStartEvent)
         if nests and self._depth == MAX_DEPTH:
@@ -184,12 +176,12 @@ class _Composer(Composer, BaseResolver):
 
 
 class _Reader:
-    """Turns the nodes of PyYAML into ours, with a finding for each fault."""
+    """Converts the nodes of PyYAML, with a finding for each fault."""
 
     def __init__(self, document: YamlDocument, count: int) -> None:
         self._document = document
         self._anchors: dict[str, YamlNode | None] = {}
-        # How many parts there are, aliases unfolded.
+        # The number of nodes, with aliases expanded.
         self._count = count
 
     def read(self, node: Any, loc: Loc) -> YamlNode:
@@ -242,7 +234,7 @@ class _Reader:
         return entries
 
     def _merged(self, node: Any, loc: Loc) -> list[YamlNode]:
-        """Returns the mappings that stand behind a merge key, `<<`."""
+        """Returns the mappings of a merge key, `<<`."""
         part = self.read(node, loc)
         parts = part.value if isinstance(part.value, list) else [part]
         if all(isinstance(inner.value, dict) for inner in parts):
@@ -301,14 +293,14 @@ def _collection(line: int, value: Any, inner: list[YamlNode]) -> YamlNode:
 
 
 def _limited(count: int, line: int) -> int:
-    """Returns the number of parts so far, if it is not too large."""
+    """Returns the number of nodes so far, or raises if it is too large."""
     if count > MAX_NODES:
         raise _LimitError(line, f"unfolds to more than {MAX_NODES} parts")
     return count
 
 
 def _syntax_finding(error: Any, text: str) -> tuple[int, Finding]:
-    """Returns what the parser complains about, with its line."""
+    """Returns the error of the parser as a finding, with its line."""
     mark = getattr(error, "problem_mark", None) or getattr(
         error, "context_mark", None
     )

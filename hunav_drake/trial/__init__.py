@@ -1,1 +1,1 @@
-"""One trial: its diagram, simulator, seed, result, and saved Contexts."""
+"""A trial: its diagram, simulator, seed, result and saved Contexts."""

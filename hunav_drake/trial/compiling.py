@@ -1,52 +1,51 @@
-"""Tells when numeric kernels are compiled, which takes long, but only once."""
+"""Measures and reports the compilation of numeric kernels."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+import functools
 import gc
 import sys
 import time
 from typing import Any
 
 
+@dataclass
 class CompileTime:
-    """How long kernels were compiled.
+    """The time that compilation of kernels took so far."""
 
-    Attributes:
-        seconds: Of real time.
-        kernels: How many there were, with those that they call.
-    """
+    seconds: float = 0.0
+    """Real time, in seconds."""
 
-    def __init__(self) -> None:
-        """Constructs a CompileTime of nothing yet."""
-        self.seconds = 0.0
-        self.kernels = 0
+    kernels: int = 0
+    """Number of compiled kernels, with those that they call."""
 
 
 @contextmanager
 def compile_time(
     tell: Callable[[CompileTime], None] | None = None, *, is_short: bool = False
 ) -> Iterator[CompileTime]:
-    """Measures how long kernels are compiled in a block of code.
+    """Measures the time of compilation of kernels in a block of code.
 
-    Those that are read from disk are not compiled.
+    Kernels that are read from disk are not compiled.
 
     Args:
-        tell: Called when the first begins, and when each is done.
-        is_short: Whether the program ends soon. Then what is in memory when a
-            kernel is compiled stays there: to look for garbage in what the
-            compiler keeps takes an eighth of its time.
+        tell: Called when the first compilation begins, and after each one.
+        is_short: Whether the program ends soon. Then garbage collection stops
+            during compilation, and never frees what is in memory by then: this
+            saves an eighth of the time.
 
     Yields:
-        What was measured up to now.
+        The measured time so far.
     """
-    # Here, for numba takes long to load.
+    # Imported here: numba takes long to load.
     from numba.core import event
 
     measured = CompileTime()
     collects = gc.isenabled()
 
     class Listener(event.Listener):
-        # Kernels compile those that they call: only the outermost counts.
+        # A kernel compiles those that it calls: only the outermost counts.
         depth = 0
         started = 0.0
 
@@ -76,34 +75,24 @@ def compile_time(
 
 @contextmanager
 def told_compile_time() -> Iterator[CompileTime]:
-    """Measures it, and tells a user who waits, on standard error."""
-    told = 0
+    """Measures the time of compilation, and reports it on standard error."""
+    told = False
     terminal = sys.stderr.isatty()
+    write = functools.partial(print, file=sys.stderr, flush=True)
 
     def tell(measured: CompileTime) -> None:
         nonlocal told
+        text = "Compiling kernels (once, up to a minute) ..."
         if not told:
-            print(
-                "Compiling kernels (once, up to a minute) ...",
-                file=sys.stderr,
-                end="" if terminal else "\n",
-                flush=True,
-            )
+            write(text, end="" if terminal else "\n")
         elif terminal:
-            print(
-                f"\rCompiling kernels (once, up to a minute) ..."
-                f" {measured.kernels} done",
-                file=sys.stderr,
-                end="",
-                flush=True,
-            )
-        told += 1
+            write(f"\r{text} {measured.kernels} done", end="")
+        told = True
 
     with compile_time(tell, is_short=True) as measured:
         yield measured
     if told:
-        print(
+        write(
             f"{'\r' if terminal else ''}Compiled {measured.kernels} kernels in"
-            f" {measured.seconds:.0f} s; they are kept on disk.",
-            file=sys.stderr,
+            f" {measured.seconds:.0f} s; they are kept on disk."
         )

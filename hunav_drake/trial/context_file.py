@@ -25,7 +25,7 @@ from hunav_drake.trial.context_layout import (
 
 _FORMAT = "hunav_drake context 3"
 
-# Whose numbers are in SI units, not too large to be told in a recording.
+# Modules of systems whose numbers are in SI units, within a recording's limits.
 _OWN = ("hunav_drake.", "pydrake.systems.primitives")
 
 Array = NDArray[Any]
@@ -37,11 +37,11 @@ def SaveContext(
     """Writes a Context to a file, bit for bit.
 
     The file (.npz) holds the time, the state and the numeric parameters of all
-    systems, among them the recording of an Evaluator, and the fixed values of
+    systems, including the recording of an Evaluator, and the fixed values of
     input ports. It does not hold the diagram: keep the scenario, or the code,
-    beside it. Nor does it hold abstract parameters, such as the geometry of a
-    scene, nor what the output ports of a discrete MultibodyPlant tell of its
-    last step, such as contacts, which they tell again after the next one.
+    with it. It does not hold abstract parameters, such as the geometry of a
+    scene, or the outputs of a discrete MultibodyPlant on its last step, such
+    as contacts, which are available again after the next step.
 
     Args:
         diagram: The root diagram.
@@ -53,8 +53,8 @@ def SaveContext(
 
     Raises:
         ValueError: If a system has an abstract state that is not `Storable`,
-            an input port has a fixed value that is abstract, or a number of
-            the state or a parameter is not finite, though it is by default.
+            an input port has a fixed abstract value, or a number of the state
+            or a parameter is not finite although its default is.
         OSError: If the file cannot be written.
     """
     arrays = {
@@ -94,26 +94,32 @@ def SaveContext(
 def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
     """Reads a Context that `SaveContext` wrote.
 
-    What is in the file counts, as the goal of a trial, which is a parameter;
-    whatever else is different in the diagram is as it is there: a trial can go
-    on among other walls, or with another model of motion. But planners and
-    behavior trees must be those that were saved: no other could make sense of
-    their memory.
+    State and parameters, such as the goal of a trial, come from the file. All
+    else comes from the diagram: a trial can continue with other walls or
+    another motion model. Planners and behavior trees must be the saved ones,
+    because no others can use their memory.
 
     Args:
-        diagram: A diagram of the same systems as the one that was saved: for a
-            trial, by `MakeTrialDiagram` from the same scenario.
+        diagram: A diagram of the same systems as the saved one: for a trial,
+            from `MakeTrialDiagram` with the same scenario.
         filename: The file.
 
     Returns:
-        A Context of the diagram, equal to the one that was saved.
+        A Context of the diagram, equal to the saved one.
 
     Raises:
-        ValueError: If the file is not of that kind, its systems are not
-            those of the diagram, or it is not as `SaveContext` wrote it.
+        ValueError: If the file is not a saved Context, its systems are not
+            those of the diagram, or it is damaged.
         OSError: If the file cannot be read.
     """
-    arrays = _read(Path(filename))
+    path = Path(filename)
+    arrays = read_arrays(path, "a Context written by SaveContext")
+    known = str(arrays.get("format"))
+    if known != _FORMAT:
+        raise ValueError(
+            f"{path}: is not a Context written by SaveContext of this version:"
+            f" the format must be {_FORMAT!r}, got {shown(known)}"
+        )
     context = diagram.CreateDefaultContext()
     intact = str(arrays.pop("sha256", "")) == _digest(arrays)
     if intact:
@@ -143,7 +149,7 @@ def LoadContext(diagram: Diagram, filename: str | Path) -> Context:
 
 
 def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
-    """Sets all of a Context that a file holds; a ValueError says the fault."""
+    """Sets a Context to the content of a file; a ValueError has the fault."""
     time = _numbers(arrays, "time", ())
     if not np.isfinite(time):
         raise ValueError(f"the time must be finite, got {time} s")
@@ -184,10 +190,7 @@ def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
 
 
 def _check_tick(system: BehaviorTree, context: Context) -> None:
-    """Checks that a tree can make something of its memory.
-
-    Only its leaves know what that may be.
-    """
+    """Checks that a tree can use its memory, which only its leaves know."""
     inputs = map(system.get_input_port, range(system.num_input_ports()))
     if not all(port.HasValue(context) for port in inputs):
         return
@@ -204,7 +207,7 @@ def _check_tick(system: BehaviorTree, context: Context) -> None:
 def _numbers(
     arrays: dict[str, Array], key: str, shape: tuple[int, ...]
 ) -> Array:
-    """Returns an array of the file, of float64 and of this shape."""
+    """Returns a float64 array of the file; checks its shape."""
     array = arrays.get(key)
     if array is None:
         raise ValueError(f"it has no entry {key!r}")
@@ -219,9 +222,9 @@ def _numbers(
 def _check_values(
     system: System, name: str, values: Array, default: Array
 ) -> None:
-    """Checks that numbers are finite where they are so by default.
+    """Checks that numbers are finite where their defaults are.
 
-    Those of behavior trees have a rule of their own.
+    Behavior trees have their own rule.
     """
     try:
         if isinstance(system, BehaviorTree):
@@ -232,7 +235,7 @@ def _check_values(
             raise ValueError(
                 f"must be finite, but number {bad[0]} is {values[bad[0]]}"
             )
-        # Whoever's systems there are besides, their numbers are their own.
+        # There is no limit for numbers of user-defined systems.
         if type(system).__module__.startswith(_OWN):
             known = np.isfinite(values) & ~(np.abs(default) > LARGEST)
             bad = np.flatnonzero(known & (np.abs(values) > LARGEST))
@@ -248,20 +251,9 @@ def _check_values(
 
 
 def _digest(arrays: dict[str, Array]) -> str:
-    """Returns a hash of all that is in a file."""
+    """Returns a hash of the content of a file."""
     digest = hashlib.sha256()
     for name, array in sorted(arrays.items()):
         head = f"{name} {array.dtype.str} {array.shape}\n"
         digest.update(head.encode() + array.tobytes())
     return digest.hexdigest()
-
-
-def _read(path: Path) -> dict[str, Array]:
-    arrays = read_arrays(path, "a Context written by SaveContext")
-    known = str(arrays.get("format"))
-    if known != _FORMAT:
-        raise ValueError(
-            f"{path}: is not a Context written by SaveContext of this version:"
-            f" the format must be {_FORMAT!r}, got {shown(known)}"
-        )
-    return arrays

@@ -1,4 +1,4 @@
-"""The parts of a Context that a file of it holds."""
+"""The parts of a Context that are saved and transferred."""
 
 from collections.abc import Iterator
 import itertools
@@ -16,54 +16,54 @@ from pydrake.systems.framework import (
 
 @runtime_checkable
 class Storable(Protocol):
-    """An abstract state that can be written as arrays, and read back."""
+    """An abstract state that can be converted to arrays and back."""
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Returns all that the state is made of, by name."""
+        """Returns the whole state as named arrays."""
 
     def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> Any:
-        """Returns the state that arrays were made of; `self` stays.
+        """Returns the state of such arrays; `self` does not change.
 
         Raises:
             LookupError: If an array is missing.
-            ValueError: If they cannot be what `to_arrays` gave.
+            ValueError: If they cannot be a result of `to_arrays`.
         """
 
 
 @runtime_checkable
 class Remembering(Protocol):
-    """A system, or a diagram, whose state only one made alike can use."""
+    """A system or diagram whose state only an equal one can use."""
 
     def DescribeMemory(self) -> list[str]:
-        """Returns all that the meaning of the state depends on, in words."""
+        """Returns what the meaning of the state depends on, in words."""
 
 
 @runtime_checkable
 class Checking(Protocol):
-    """A system that knows which numbers its Context may have."""
+    """A system that can check the numbers of its Context."""
 
     def CheckContext(self, context: Context) -> None:
         """Checks the numbers of a Context of this system.
 
         Raises:
-            ValueError: If they cannot be.
+            ValueError: If they are impossible.
         """
 
 
 def abstract_states(
     system: System, context: Context
 ) -> Iterator[tuple[int, Storable]]:
-    """Yields the abstract states of a leaf that are kept, by their index.
+    """Yields the saved abstract states of a leaf with their indices.
 
     Raises:
-        ValueError: If there is one that cannot be.
+        ValueError: If a state cannot be saved.
     """
     for i in range(context.num_abstract_states()):
         try:
             value = context.get_abstract_state(i).get_value()
         except RuntimeError as error:
-            # What a plant's output ports tell of its last step; the next step
-            # does not depend on it.
+            # A plant's memory of its last step, for its outputs: the next
+            # step does not depend on it.
             if "DiscreteStepMemory" in str(error):
                 continue
             value = None
@@ -79,10 +79,10 @@ def abstract_states(
 def free_ports(
     diagram: Diagram, prefix: str = ""
 ) -> Iterator[tuple[str, InputPort]]:
-    """Yields the input ports that may have a fixed value, each with a key."""
+    """Yields the input ports that may have fixed values, each with a key."""
     taken = set(diagram.connection_map())
     for i in range(diagram.num_input_ports()):
-        # Inputs of an inner diagram are inputs of the systems in it.
+        # Inputs of an inner diagram are inputs of its systems.
         if not prefix:
             yield f"input/{i}", diagram.get_input_port(i)
         taken |= set(diagram.GetInputPortLocators(InputPortIndex(i)))
@@ -95,7 +95,7 @@ def free_ports(
 
 
 def leaves(diagram: Diagram, prefix: str = "") -> Iterator[tuple[str, System]]:
-    """Yields the leaf systems, each with a key that is its place."""
+    """Yields the leaf systems, each with its path of indices as key."""
     for i, system in enumerate(diagram.GetSystems()):
         if isinstance(system, Diagram):
             yield from leaves(system, f"{prefix}{i}.")
@@ -106,7 +106,7 @@ def leaves(diagram: Diagram, prefix: str = "") -> Iterator[tuple[str, System]]:
 def vectors(
     context: Context, *, mutable: bool = False
 ) -> Iterator[tuple[str, Any]]:
-    """Yields the vectors of a leaf's context that have numbers, by name."""
+    """Yields the vectors of state and parameters of a leaf, with names."""
 
     def get(what: str, *index: int) -> Any:
         prefix = "get_mutable_" if mutable else "get_"
@@ -121,29 +121,23 @@ def vectors(
 
 
 def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
-    """Returns what each leaf system is, and what its numbers mean.
+    """Returns the type and the layout of state of each leaf system.
 
-    First comes the diagram itself, which may tell what it was made of.
+    The first part is the diagram itself, for the memory that it describes.
     """
-    parts: list[dict[str, Any]] = [
-        {
-            "key": "",
-            "type": type(diagram).__name__,
-            "path": diagram.GetSystemPathname(),
-            "sizes": {},
-            "abstract": 0,
-            "memory": memory(diagram),
-        }
-    ]
-    for key, system in leaves(diagram):
+    parts: list[dict[str, Any]] = []
+    for key, system in [("", diagram), *leaves(diagram)]:
+        is_leaf = system is not diagram
         own = system.GetMyContextFromRoot(context)
-        sizes = {name: vector.size() for name, vector in vectors(own)}
+        sizes = (
+            {name: it.size() for name, it in vectors(own)} if is_leaf else {}
+        )
         part = {
             "key": key,
             "type": type(system).__name__,
             "path": system.GetSystemPathname(),
             "sizes": sizes,
-            "abstract": own.num_abstract_states(),
+            "abstract": own.num_abstract_states() if is_leaf else 0,
             "memory": memory(system),
         }
         parts.append(part)
@@ -158,7 +152,7 @@ def memory(system: System) -> list[str]:
 
 
 def misfit(saved: Any, present: list[dict[str, Any]]) -> str:
-    """Returns how a file and a diagram differ, or an empty text."""
+    """Returns the first difference of a file from a diagram, or ""."""
     keys = {"key", "type", "path", "sizes", "abstract", "memory"}
     if not isinstance(saved, list) or not all(
         isinstance(old, dict)
@@ -171,7 +165,7 @@ def misfit(saved: Any, present: list[dict[str, Any]]) -> str:
         for what in ("key", "type", "memory", "sizes", "abstract"):
             differing = (old[what], new[what])
             if what == "memory":
-                # Of many trees, the first that is another one.
+                # The first of many trees that differs.
                 pairs = itertools.zip_longest(*differing, fillvalue="none")
                 differing = next((p for p in pairs if p[0] != p[1]), ("", ""))
             if differing[0] != differing[1]:

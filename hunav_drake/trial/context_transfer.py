@@ -1,4 +1,4 @@
-"""Takes the state of one trial over into the diagram of another."""
+"""Transfers the state of a trial to the diagram of another one."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -20,30 +20,30 @@ from hunav_drake.trial.context_layout import (
 def TransferContext(
     diagram: Diagram, context: Context, other: Diagram
 ) -> Context:
-    """Returns a Context of another diagram, at the same instant.
+    """Returns a Context of another diagram at the same time.
 
-    So a trial goes on with another planner, other walls or another motion
-    model: what if? People, robot, recording and goal are as they were, bit for
-    bit, and so are the fixed values of input ports. Planner, perception and
-    sensors of the same kind and parameters go on as they were; others begin
-    anew, a planner with the command that the robot has just got.
+    So a trial continues with another planner, other walls or another motion
+    model, to answer "what if". People, robot, recording, goal and fixed values
+    of input ports keep their state, bit for bit. Planner, perception and
+    sensors keep theirs if kind and parameters are the same. Otherwise they
+    start anew, a planner with the last command to the robot.
 
     Args:
-        diagram: The diagram of the trial, by `MakeTrialDiagram`.
+        diagram: The diagram of the trial, from `MakeTrialDiagram`.
         context: Its root Context; it is not changed.
-        other: The diagram to go on with, by `MakeTrialDiagram`: of a scenario
-            with the same people, robot, goal, evaluator and time step.
+        other: The diagram to continue with, from `MakeTrialDiagram`: of a
+            scenario with the same people, robot, goal, evaluator and time step.
 
     Returns:
         A root Context of `other`, with the time, state, parameters and fixed
         inputs of the systems that both have by name.
 
     Raises:
-        ValueError: If anything that the scenarios say of these differs; if a
-            system with a state, but for planner, perception and sensors, is
-            in one of the diagrams alone, or is another one, so that its state
-            has no meaning there; if an input port with a fixed value is; or if
-            `context` is not of `diagram`.
+        ValueError: If the scenarios differ in one of these parts; if a system
+            with a state, other than planner, perception and sensors, exists in
+            one diagram only, or differs so that its state has no meaning; if
+            an input port with a fixed value does; or if `context` does not
+            belong to `diagram`.
     """
     diagram.ValidateContext(context)
     difference = _first_difference(_given(diagram), _given(other), "")
@@ -51,7 +51,7 @@ def TransferContext(
         raise ValueError(
             f"{difference[1:]}; the state cannot be taken over. Make the other"
             " diagram of the same people, robot, goal, evaluator and time step;"
-            " where walls decide who is drawn, list the people under humans."
+            " if walls affect the drawn people, list the people under humans."
         )
     result = other.CreateDefaultContext()
     result.SetTime(context.get_time())
@@ -63,10 +63,14 @@ def TransferContext(
         difference = ""
         if target is None:
             if _has_state(source, context):
-                difference = f"it was a {type(source).__name__}, and is no more"
+                difference = (
+                    f"it was a {type(source).__name__}, and no longer exists"
+                )
         elif source is None:
             if _has_state(target, result):
-                difference = f"it is a {type(target).__name__}, and was not yet"
+                difference = (
+                    f"it is a {type(target).__name__}, and did not exist"
+                )
         else:
             old = source.GetMyContextFromRoot(context)
             new = target.GetMyMutableContextFromRoot(result)
@@ -88,7 +92,7 @@ def TransferContext(
 
 
 def _given(diagram: Diagram) -> dict[str, Any]:
-    """Returns what a scenario says of all whose state is taken over."""
+    """Returns the parts of a scenario whose state is transferred."""
     scenario = diagram.scenario
     return {
         "humans": plain(scenario.humans),
@@ -101,7 +105,7 @@ def _given(diagram: Diagram) -> dict[str, Any]:
 
 
 def _first_difference(was: Any, now: Any, path: str) -> str:
-    """Returns where plain values differ first, and how; nothing if nowhere."""
+    """Returns the first difference of plain values, and its place, or ""."""
     if isinstance(was, dict) and isinstance(now, dict):
         keys = dict.fromkeys([*was, *now])
         pairs = [(f".{key}", was.get(key), now.get(key)) for key in keys]
@@ -120,20 +124,20 @@ def _first_difference(was: Any, now: Any, path: str) -> str:
 
 
 def _begins_anew(path: str) -> bool:
-    """Tells whether a system may be another one, without the state it had."""
+    """Returns whether a system may differ and start anew."""
     part = path.split("/")[0]
     return part in ("planner", "perception") or part.startswith("sensor_")
 
 
 def _path(system: System) -> str:
-    """Returns where a system is, below the root, as "humans/crowd"."""
+    """Returns the path of a system below the root, as "humans/crowd"."""
     return str(system.GetSystemPathname()).split("::", 2)[-1].replace("::", "/")
 
 
 def _difference(
     source: System, old: Context, target: System, new: Context
 ) -> str:
-    """Returns how two systems differ, or nothing: then states fit."""
+    """Returns why a state does not fit another system, or "" if it does."""
     kinds = type(source).__name__, type(target).__name__
     if kinds[0] != kinds[1]:
         return f"it was a {kinds[0]}, and is a {kinds[1]}"
@@ -154,21 +158,21 @@ def _difference(
 
 
 def _has_state(system: System, root_context: Context) -> bool:
-    """Tells whether a leaf has numbers or values that change."""
+    """Returns whether a leaf has a state or parameters."""
     context = system.GetMyContextFromRoot(root_context)
     numbers = any(True for _ in vectors(context))
     return numbers or context.num_abstract_states() > 0
 
 
 def _joints(system: System) -> list[str]:
-    """Returns what the numbers of a plant are; nothing for other systems."""
+    """Returns the names of a plant's coordinates; none for other systems."""
     if not isinstance(system, MultibodyPlant):
         return []
     return [*system.GetPositionNames(), *system.GetVelocityNames()]
 
 
 def _copy(source: System, old: Context, new: Context) -> None:
-    """Copies what `SaveContext` keeps of a leaf."""
+    """Copies the parts of a leaf's Context that `SaveContext` saves."""
     values = dict(vectors(old))
     for name, vector in vectors(new, mutable=True):
         vector.SetFromVector(values[name].CopyToVector())
@@ -179,7 +183,7 @@ def _copy(source: System, old: Context, new: Context) -> None:
 def _fix_inputs(
     diagram: Diagram, context: Context, other: Diagram, result: Context
 ) -> None:
-    """Gives the input ports of the other diagram the values fixed in one."""
+    """Copies the fixed values of input ports to the other diagram."""
     targets = dict(_ports(other))
     for name, port in _ports(diagram):
         own = port.get_system().GetMyContextFromRoot(context)
@@ -201,9 +205,9 @@ def _fix_inputs(
 
 
 def _ports(diagram: Diagram) -> Iterator[tuple[str, InputPort]]:
-    """Yields the input ports that may have a fixed value, each with its path.
+    """Yields the input ports that may have fixed values, with their paths.
 
-    Inputs of the diagram itself have their bare name.
+    Inputs of the diagram itself have their bare names.
     """
     for _, port in free_ports(diagram):
         system = port.get_system()

@@ -17,40 +17,39 @@ from hunav_drake.trial.blocks import (
     AddGoal,
     AddMonitor,
     AddPeople,
+    AddPerception,
     AddPlanner,
     AddRobot,
-    AddTrialScene,
-)
-from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
-from hunav_drake.trial.sensors import (
-    AddPerception,
     AddSensors,
+    AddTrialScene,
+    ConnectByName,
+    Ports,
     with_planner_lidar,
 )
-from hunav_drake.trial.wires import ConnectByName, Ports
+from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
 
 class TrialDiagram(Diagram):
-    """The diagram of a trial, as `MakeTrialDiagram` makes it.
+    """The diagram of a trial, made by `MakeTrialDiagram`.
 
     Attributes:
-        scenario: What it was made from. A change of it changes nothing.
+        scenario: Its scenario. Changes of it have no effect.
         humans: All people, those of the population last.
     """
 
     def __init__(
         self, scenario: Scenario, humans: Sequence[HumanConfig]
     ) -> None:
-        """Constructs a diagram of nothing yet."""
+        """Constructs an empty diagram."""
         super().__init__()
         self.scenario = scenario
         self.humans = humans
 
     def DescribeMemory(self) -> list[str]:
-        """Returns by which seed the people were drawn, if the trial's own."""
+        """Returns the trial's seed if it drew the people."""
         seed = people_seed(self.scenario)
         return [] if seed is None else [f"people drawn by seed {seed}"]
 
@@ -59,13 +58,12 @@ class TrialDiagram(Diagram):
     ) -> None:
         """Draws a seed, and sets it as `SetTrialSeed` does.
 
-        Drake's own function, which `MonteCarloSimulation` calls, knows nothing
-        of this one: it resets a Context to the seed of the diagram. See
-        `MakeRandomSimulator`.
+        Drake's `MonteCarloSimulation` does not call this method: it resets a
+        Context to the seed of the diagram. Use `MakeRandomSimulator` there.
 
         Args:
             context: A Context of this diagram, changed.
-            generator: What the seed is drawn from: see `DrawSeed`.
+            generator: The source of the seed: see `DrawSeed`.
 
         Raises:
             ValueError: If the people of the trial are drawn by its seed.
@@ -76,14 +74,14 @@ class TrialDiagram(Diagram):
 def MakeTrialDiagram(
     scenario: Scenario, meshcat: "Meshcat | None" = None
 ) -> TrialDiagram:
-    """Makes the diagram of a trial: its whole state is one Context.
+    """Makes the diagram of a trial, whose whole state is one Context.
 
     Args:
-        scenario: What happens. Its seed is that of the default Context alone:
-            see `SetTrialSeed`. The people of its population are drawn here,
-            by `population.seed` or, if that is not given, by this seed: then
-            the diagram is of this seed only.
-        meshcat: Where to show the trial; without one nothing is published.
+        scenario: The scenario. Its seed applies to the default Context; see
+            `SetTrialSeed` for others. The people of its population are drawn
+            here, by `population.seed` or, if there is none, by the seed of the
+            trial: then the diagram is valid for this seed only.
+        meshcat: The Meshcat that shows the trial; by default, none.
 
     Returns:
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
@@ -92,14 +90,14 @@ def MakeTrialDiagram(
         (`AddScene`), the sensors (see `AddSensors`) and, unless the planner
         sees everything, "perception" (see `AddPerception`); of "plant" and
         "scene_graph" for a robot that is a body of a plant, else of "contacts"
-        (`DiscContacts`). It has no inputs, but for "trigger" if that begins the
-        recording (`EvaluatorConfig.start`); its outputs are "robot_state",
+        (`DiscContacts`). Its only input is "trigger", if that starts the
+        recording (`EvaluatorConfig.start`). Its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "contacts",
         "velocity_command", "planner_status", "planner_path", "metrics",
-        "recording", "trial_status", "query", what the sensors measure, as
-        "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`) of
-        a planner with maps, and "traffic" (see `OpenCrowd`) if people come and
-        go. It knows its scenario: see `TrialDiagram`.
+        "recording", "trial_status", "query", the outputs of the sensors, such
+        as "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`)
+        of a planner with maps, and "traffic" (see `OpenCrowd`) if people come
+        and go. For its scenario see `TrialDiagram`.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -129,25 +127,7 @@ def MakeTrialDiagram(
     sensed = AddSensors(builder, full, scene, given)
     given = {**given, **sensed}
     seen = AddPerception(builder, full, given)
-    drawn: Ports = {
-        "robot_state": robot.robot_state,
-        "human_states": humans.human_states,
-        "behavior_status": humans.behavior_status,
-        "forces": humans.forces,
-        "planner_path": planner.path,
-        "scan": sensed.get("scan"),
-        **planner.costmaps,
-    }
-
-    builder.Connect(planner.velocity_command, robot.velocity_command)
-    builder.Connect(robot.robot_state, humans.robot_states)
-    ConnectByName(builder, given, *robot.systems, evaluator, monitor)
-    ConnectByName(builder, seen, planner.system)
-    ConnectByName(builder, drawn, scene.system)
-
-    if full.evaluator.start == "by_trigger":
-        builder.ExportInput(evaluator.get_trigger_input_port(), "trigger")
-    outputs = {
+    outputs: Ports = {
         "robot_state": robot.robot_state,
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
@@ -156,14 +136,23 @@ def MakeTrialDiagram(
         "velocity_command": planner.velocity_command,
         "planner_status": planner.status,
         "planner_path": planner.path,
-        "metrics": evaluator.get_metrics_output_port(),
-        "recording": evaluator.get_recording_output_port(),
-        "trial_status": monitor.get_trial_status_output_port(),
+        "metrics": evaluator.GetOutputPort("metrics"),
+        "recording": evaluator.GetOutputPort("recording"),
+        "trial_status": monitor.GetOutputPort("trial_status"),
         "query": scene.query_object,
         **sensed,
         **planner.costmaps,
         "traffic": humans.traffic,
     }
+
+    builder.Connect(planner.velocity_command, robot.velocity_command)
+    builder.Connect(robot.robot_state, humans.robot_states)
+    ConnectByName(builder, given, *robot.systems, evaluator, monitor)
+    ConnectByName(builder, seen, planner.system)
+    ConnectByName(builder, outputs, scene.system)
+
+    if full.evaluator.start == "by_trigger":
+        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
     for name, port in outputs.items():
         if port is not None:
             builder.ExportOutput(port, name)
@@ -174,16 +163,16 @@ def MakeTrialDiagram(
 
 
 def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
-    """Checks that a trial's diagram was made from a scenario, for its seed.
+    """Checks that a diagram was made from a scenario, and serves its seed.
 
     Raises:
-        ValueError: If it was made from another one, whose name, description
-            and duration alone may differ; or if its people were drawn by
-            another seed: see `SetTrialSeed`.
+        ValueError: If the scenario of the diagram differs in more than name,
+            description and duration, or if its people were drawn by another
+            seed: see `SetTrialSeed`.
     """
     CheckPeopleSeed(diagram, scenario.simulation.seed)
     made_from = _fixed_parts(diagram.scenario)
-    # (Anew, so that those are named, too, who were added to its list.)
+    # (A copy, so that people added to its list get names, too.)
     parts = _fixed_parts(dataclasses.replace(scenario))
     for part, value in parts.items():
         if value != made_from[part]:
@@ -194,7 +183,7 @@ def CheckTrialDiagram(scenario: Scenario, diagram: Diagram) -> None:
 
 
 def _fixed_parts(scenario: Scenario) -> dict[str, Any]:
-    """Returns what a diagram is made from, as plain data by section."""
+    """Returns the parts of a scenario that a diagram depends on."""
     parts: dict[str, Any] = plain(scenario)
     for free in (parts, parts["simulation"]):
         for key in ("name", "description", "seed", "duration"):

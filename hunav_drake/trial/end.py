@@ -1,4 +1,4 @@
-"""Tells in words why a robot did not reach its goal, and what helps."""
+"""Explains why a robot did not reach its goal, and what helps."""
 
 import math
 
@@ -12,22 +12,22 @@ from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.poses import turn_between
 from hunav_drake.systems.evaluation.recording import Recording
 
-# Who is nearer to a robot than this, surface to surface, may block it, in
-# meters; and what is nearer than the second, it touches.
+# The distances, surface to surface, below which a person may block a robot, and
+# below which a robot touches a wall, in meters.
 _IN_THE_WAY = 0.5
 _TOUCHES = 0.03
 
-# What stands within this before a robot, surface to surface, is named: sparing
-# planners stop as far from it, in meters.
+# The distance ahead of a robot, surface to surface, within which an object is
+# named, in meters: cautious planners stop as early.
 _AHEAD = 1.0
 
-# Who is there for less is only passing, in seconds.
+# A person who is there for less is only passing by, in seconds.
 _LEAST_TIME = 1.0
 
-# A robot that stays within this of a place stands there, in meters.
+# A robot that stays within this radius stands, in meters.
 _STANDS = 0.3
 
-# Shorter stops are none, in seconds.
+# The shortest stop that counts, in seconds.
 _LEAST_STOP = 3.0
 
 
@@ -36,10 +36,10 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
 
     Args:
         recording: A trial that ended without success.
-        scenario: What was to happen.
+        scenario: The scenario of the trial.
 
     Returns:
-        The reason and a remedy, as one line; empty if there is no goal, or if
+        The reason and a remedy, in one line; empty if there is no goal, or if
         it is reached.
     """
     goal = recording.goal
@@ -62,7 +62,7 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
     space = free_space(scenario)
     radius = float(recording.robot[-1, RADIUS])
     if space is not None:
-        # (A robot at a wall has no room to the last bit.)
+        # (A robot that touches a wall has no room, by rounding.)
         words = no_way(
             *(scenario, space, (x, y), (goal[0], goal[1]), radius),
             tolerance=recording.goal_tolerance,
@@ -76,7 +76,10 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
         )
     if stands < _LEAST_STOP:
         return f"{where}, {_on_its_way(recording, distance)}"
-    wall = "" if space is None else _touched(scenario, space, (x, y), radius)
+    wall = ""
+    nearest = space and space.nearest((x, y))
+    if nearest and nearest[1] <= radius + _TOUCHES:
+        wall = path_text(scenario, ("world", *nearest[0]))
     before = wall or _ahead(recording, scenario, space)
     what = f"at {wall} for" if wall else "standing for"
     what += f" {stands:.0f} s" + (f", {before}" if before != wall else "")
@@ -87,21 +90,21 @@ def explain_end(recording: Recording, scenario: Scenario) -> str:
 
 
 def _time_of_stop(recording: Recording) -> float:
-    """Returns for how long the robot has stayed where it is, in seconds."""
+    """Returns how long the robot has stayed at its last place, in seconds."""
     places = recording.robot[:, [X, Y]]
     away = np.hypot(*(places - places[-1]).T) > _STANDS
     return _time_since_last(recording, away)
 
 
 def _time_since_last(recording: Recording, events: Mask) -> float:
-    """Returns how long ago an event was last, in seconds."""
+    """Returns the time since the last event, in seconds."""
     happened = np.flatnonzero(events)
     first = 0 if len(happened) == 0 else min(happened[-1] + 1, len(events) - 1)
     return float(recording.times[-1] - recording.times[first])
 
 
 def _blocked_by(recording: Recording, stands: float) -> str:
-    """Returns who is in the way at the end, and for how long; "" if nobody."""
+    """Returns the people in the way at the end, and since when; "" if none."""
     if not recording.num_humans or stands < _LEAST_STOP:
         return ""
     robot, people = recording.robot[:, None], recording.humans
@@ -109,7 +112,7 @@ def _blocked_by(recording: Recording, stands: float) -> str:
     gaps = np.hypot(between[..., 0], between[..., 1])
     gaps = gaps - people[..., RADIUS] - robot[..., RADIUS]
     near = gaps < _IN_THE_WAY
-    # Ahead is where the robot faces, or where its goal is.
+    # Ahead means the heading of the robot, or the direction of its goal.
     assert recording.goal is not None
     yaw = recording.robot[-1, YAW]
     to_goal = np.subtract(recording.goal[:2], recording.robot[-1, [X, Y]])
@@ -135,7 +138,7 @@ def _blocked_by(recording: Recording, stands: float) -> str:
 
 
 def _on_its_way(recording: Recording, distance: float) -> str:
-    """Returns how fast a robot goes that the time did not suffice."""
+    """Returns the speed of a moving robot, and the time that it needs."""
     recent = recording.times >= recording.times[-1] - 5.0
     speeds = np.hypot(*recording.robot[recent][:, [VX, VY]].T)
     speed = float(speeds.mean())
@@ -149,25 +152,12 @@ def _on_its_way(recording: Recording, distance: float) -> str:
     )
 
 
-def _touched(
-    scenario: Scenario,
-    space: FreeSpace,
-    place: tuple[float, float],
-    radius: float,
-) -> str:
-    """Returns the name of what a disc touches; empty if nothing."""
-    nearest = space.nearest(place)
-    if nearest is None or nearest[1] > radius + _TOUCHES:
-        return ""
-    return path_text(scenario, ("world", *nearest[0]))
-
-
 def _ahead(
     recording: Recording, scenario: Scenario, space: FreeSpace | None
 ) -> str:
-    """Returns what is before the robot at the end; empty if nothing is.
+    """Returns the nearest object ahead of the robot at the end, or "".
 
-    Before it is where it faces and where its goal is, as wide as it is.
+    Ahead means along its heading and towards its goal, as wide as the robot.
     """
     assert recording.goal is not None
     x, y, yaw = recording.robot[-1, [X, Y, YAW]].tolist()

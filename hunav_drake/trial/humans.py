@@ -25,24 +25,25 @@ from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
-# The trees of more people than this are in one system.
+# For more people than this, one system holds all trees.
 MAX_SEPARATE_TREES = 20
 
 
 class HumanPorts(NamedTuple):
-    """What `AddHumans` leaves to connect.
+    """The ports that `AddHumans` leaves to connect.
 
     Attributes:
-        robot_states: Takes m rows (x, y, yaw, vx, vy, omega, radius) of the
-            robots; None if there are none.
-        human_states: Gives n such rows of the people, in W, in SI units.
-        behavior_status: Gives, for each person, 0 while no reaction is
-            active, else the state that it is in, most often 1.
-        forces: Gives the forces on each person: see `layout.FORCES`.
-        traffic: Gives how many people have come and gone: see `OpenCrowd`.
-            None if nobody comes or goes.
-        robot_touches: Gives how people and robots would meet, were they not
-            kept apart: see `HumanCrowd`. None if there are no robots.
+        robot_states: Input of m rows (x, y, yaw, vx, vy, omega, radius), one
+            for each robot; None without robots.
+        human_states: Output of n such rows, one for each person, in W, in SI
+            units.
+        behavior_status: For each person, 0 while no reaction is active, else
+            the state of the reaction, usually 1.
+        forces: The forces on each person: see `layout.FORCES`.
+        traffic: The numbers of arrivals and departures: see `OpenCrowd`. None
+            without traffic.
+        robot_touches: How people and robots would collide if they were not
+            kept apart: see `HumanCrowd`. None without robots.
         labels: The label of each person in label images, if their figures
             were added to a SceneGraph.
     """
@@ -59,34 +60,34 @@ class HumanPorts(NamedTuple):
 class HumanOptions(TypedDict, total=False):
     """The options of `MakeHumans` and `AddHumans`, all by keyword."""
 
-    # The walls that people feel and cannot see through, or the world that has
-    # them, where people see over what is low; none by default.
+    # The walls, or the world with the walls, where people can see over low
+    # objects; none by default.
     obstacles: Obstacles | World | None
 
-    # How people take in the world.
+    # The motion model of people, and how they perceive the world.
     config: CrowdConfig | None
 
-    # How many robots they meet; 1 by default.
+    # The number of robots that they meet; 1 by default.
     num_robots: int
 
     # The time between two steps, in seconds; 0.05 by default.
     time_step: float
 
-    # How far x and y of a start are at most from those of the configuration,
-    # in meters; the seed draws by how much. 0 by default.
+    # The largest random offset of a start along x and along y, in meters; 0 by
+    # default.
     start_jitter: float
 
-    # The seed of the default Context, in [0, 2^63), from which drawn starts and
-    # weights follow; 0 by default. `SetHumansSeed` sets another in any Context.
+    # The seed of the default Context, in [0, 2^63), for drawn starts and
+    # weights; 0 by default. `SetHumansSeed` sets another one in any Context.
     seed: int
 
-    # Whether each person's tree is a system of its own, or one `BehaviorTree`
-    # ticks all, which does the same and is faster for many; by default, up to
-    # `MAX_SEPARATE_TREES` people have systems of their own.
+    # Whether each person's tree is a separate system. Otherwise, one
+    # `BehaviorTree` ticks all, with the same result, faster for many. By
+    # default, trees of up to `MAX_SEPARATE_TREES` people are separate.
     separate_trees: bool | None
 
-    # Who of the people comes in at a source, and leaves at a sink; by default,
-    # nobody. `draw_with_traffic` draws both.
+    # The people who arrive at sources and depart at sinks; by default, none.
+    # `draw_with_traffic` draws both.
     traffic: Traffic | None
 
 
@@ -96,21 +97,21 @@ def MakeHumans(
     """Makes a diagram of people: their crowd, and a behavior tree for each.
 
     Args:
-        humans: The people; there may be none. Those without a name or a number
-            are given some that are free: see `people_names`.
+        humans: The people; there may be none. People without a name or a
+            number get free ones: see `people_names`.
         options: See `HumanOptions`.
 
     Returns:
         A diagram named "humans" of the systems "crowd" and "behaviors", or
         "crowd", "behavior_0" ..., and "commands" and "behavior_status" that
-        join what these give, with the ports of `HumanPorts` by these names.
+        join their outputs, with the ports of `HumanPorts` by these names.
 
     Raises:
-        BehaviorTreeError: If a behavior is not known, or faulty.
+        BehaviorTreeError: If a behavior is unknown or faulty.
         ValueError: If an argument is out of its range, if two people have the
-            same name or number, or if somebody's `max_speed` is below the
+            same name or number, or if a person's `max_speed` is below the
             `desired_speed`.
-        TypeError: If an argument is of another kind.
+        TypeError: If an argument has the wrong type.
     """
     _check_arguments(humans, options)
     obstacles = options.get("obstacles")
@@ -121,7 +122,7 @@ def MakeHumans(
     if isinstance(obstacles, World):
         hiding = obstacles.sight_obstacles()
         obstacles = obstacles.obstacles()
-    # Before anything is made of them: crowd and trees know the same numbers.
+    # Completed first, so that crowd and trees have the same numbers.
     config = options.get("config") or CrowdConfig()
     humans = complete_people(humans, config.profile)
     check_consistent(humans)
@@ -132,7 +133,7 @@ def MakeHumans(
     make_crowd: Any = HumanCrowd
     make_tree = BehaviorTree
     if traffic is not None:
-        # Few ask for it, and it takes a moment to load.
+        # Imported here: rarely used, and slow to load.
         from hunav_drake.systems.behavior.open_behavior_tree import (
             OpenBehaviorTree,
         )
@@ -174,25 +175,19 @@ def MakeHumans(
         )
         for name, rows in rows_of.items()
     ]
-    builder.Connect(
-        _Join(builder, "commands", systems), crowd.get_commands_input_port()
-    )
-    status = _Join(builder, "behavior_status", systems)
-    builder.ExportOutput(crowd.get_human_states_output_port(), "human_states")
-    builder.ExportOutput(status, "behavior_status")
-    builder.ExportOutput(crowd.get_forces_output_port(), "forces")
-    if traffic is not None:
-        builder.ExportOutput(crowd.get_traffic_output_port(), "traffic")
+    states = crowd.GetOutputPort("human_states")
     for system in systems:
-        builder.Connect(
-            crowd.get_human_states_output_port(),
-            system.GetInputPort("human_states"),
-        )
+        builder.Connect(states, system.GetInputPort("human_states"))
+    commands = _Join(builder, "commands", systems)
+    status = _Join(builder, "behavior_status", systems)
+    builder.Connect(commands, crowd.GetInputPort("commands"))
+    builder.ExportOutput(states, "human_states")
+    builder.ExportOutput(status, "behavior_status")
+    for name in ("forces", "traffic", "robot_touches"):
+        if crowd.HasOutputPort(name):
+            builder.ExportOutput(crowd.GetOutputPort(name), name)
     if num_robots:
-        builder.ExportInput(crowd.get_robot_states_input_port(), "robot_states")
-        builder.ExportOutput(
-            crowd.get_robot_touches_output_port(), "robot_touches"
-        )
+        builder.ExportInput(crowd.GetInputPort("robot_states"), "robot_states")
         for system in systems:
             builder.ConnectInput(
                 "robot_states", system.GetInputPort("robot_states")
@@ -203,7 +198,7 @@ def MakeHumans(
 
 
 def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
-    """Raises a TypeError for an argument of another kind, or no option."""
+    """Raises a TypeError for a wrong type or an unknown option."""
     kinds: dict[str, tuple[Any, str]] = {
         "obstacles": ((Obstacles, World, NoneType), "Obstacles or a World"),
         "config": ((CrowdConfig, NoneType), "a CrowdConfig"),
@@ -229,7 +224,7 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
 def _Join(
     builder: DiagramBuilder, name: str, systems: Sequence[BehaviorTree]
 ) -> OutputPort:
-    """Returns one port with what all systems give at the port of a name."""
+    """Returns one port that joins the ports of a name of all systems."""
     ports: list[OutputPort] = [it.GetOutputPort(name) for it in systems]
     if len(ports) == 1:
         return ports[0]
@@ -251,7 +246,7 @@ def AddHumans(
 ) -> HumanPorts:
     """Adds people to a builder, as one system.
 
-    Two robots, say of a plant with `AddBodyState`, meet them so:
+    They meet two robots, for instance of a plant with `AddBodyState`, so:
 
         people = AddHumans(
             builder, [HumanConfig(pose=[0, 0, 0])], num_robots=2
@@ -261,35 +256,34 @@ def AddHumans(
             builder.Connect(robot, robots.get_input_port(i))
         builder.Connect(robots.get_output_port(), people.robot_states)
 
-    With ``scene_graph``, their figures walk in a SceneGraph of yours, where
-    your cameras and visualizers see them:
+    With ``scene_graph``, their figures walk in your SceneGraph, where your
+    cameras and visualizers see them:
 
         plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
         people = AddHumans(builder, humans, scene_graph=scene_graph)
 
-    A diagram with behavior trees in it does not convert to AutoDiffXd; a
+    A diagram with behavior trees does not convert to AutoDiffXd; a
     `HumanCrowd` alone does.
 
     Args:
-        builder: Where they are added.
+        builder: The builder.
         humans: The people; there may be none.
-        name: What the system is called; each in a diagram has its own name.
+        name: The name of the system, unique in the diagram.
         scene_graph: A SceneGraph of the same builder that gets figures of the
-            people, from a system named `name` and "_figures". Plants do not
+            people, from a system named `name` plus "_figures". Plants do not
             collide with them.
         options: See `HumanOptions`.
 
     Returns:
-        The ports of the new system: ``robot_states``, left for the caller to
-        connect, takes the robots; ``human_states`` gives where people are,
-        ``behavior_status`` who reacts, ``forces`` what moves them. See
-        `HumanPorts` for their layouts.
+        The ports of the new system. The caller connects the input
+        ``robot_states``; ``human_states``, ``behavior_status`` and ``forces``
+        are outputs. See `HumanPorts` for their layouts.
 
     Raises:
-        BehaviorTreeError: If a behavior is not known, or faulty.
-        ValueError: As `MakeHumans`, and if the name is taken or the SceneGraph
-            is in another builder.
-        TypeError: If an argument is of another kind.
+        BehaviorTreeError: If a behavior is unknown or faulty.
+        ValueError: As in `MakeHumans`, and if the name is taken or the
+            SceneGraph is in another builder.
+        TypeError: If an argument has the wrong type.
     """
     # Drake would end the process when the diagram is built.
     if builder.HasSubsystemNamed(name):
@@ -298,7 +292,7 @@ def AddHumans(
             " people another name, as in AddHumans(..., name='more_humans')"
         )
     if scene_graph is not None:
-        # Here, for people alone do without geometry.
+        # Imported here: people alone do not need geometry.
         from hunav_drake.systems.scene.figures import AddFigures, check_place
 
         check_place(builder, scene_graph, f"{name}_figures")

@@ -9,14 +9,14 @@ from typing import Any
 
 @contextmanager
 def interrupts_between_steps() -> Iterator[Callable[[], None]]:
-    """Holds KeyboardInterrupt back until it is asked for.
+    """Defers a KeyboardInterrupt until the next check.
 
-    An interrupt within a call from C++ into Python may be swallowed there, and
-    come out as another error. A second one is not held back. Where interrupts
-    are handled by others, or in another thread, nothing changes.
+    An interrupt during a call from C++ into Python may be lost there, or become
+    another error. A second one is not deferred. With another handler of
+    interrupts, or in another thread, nothing changes.
 
     Yields:
-        A function that raises KeyboardInterrupt if one came meanwhile.
+        A function that raises KeyboardInterrupt if one is pending.
     """
     pending = False
 

@@ -1,7 +1,7 @@
-"""What of a machine the last bits of a result depend on: one list.
+"""The traits of a machine that the last bits of a result depend on.
 
-Results carry it in their provenance, `docs/repeatability.md` shows it, and the
-tests compare results bit for bit only where it is equal.
+They are part of a result's provenance, `docs/repeatability.md` shows them, and
+tests compare results bit for bit only on machines with equal traits.
 """
 
 from collections.abc import Callable
@@ -15,11 +15,11 @@ import numpy as np
 
 
 class Trait(NamedTuple):
-    """One thing that the last bits of results depend on.
+    """A trait of a machine that the last bits of results depend on.
 
     Attributes:
-        read: Returns what it is here.
-        about: What it is, and why it matters; a sentence of the docs.
+        read: Returns its value on this machine.
+        about: Its meaning and its effect; a sentence of the docs.
     """
 
     read: Callable[[], str]
@@ -27,14 +27,14 @@ class Trait(NamedTuple):
 
 
 def _c_library() -> str:
-    """Returns the C library, and what chooses among its functions."""
+    """Returns the C library, and the settings that select its functions."""
     name, version = platform.libc_ver()
     tunables = os.environ.get("GLIBC_TUNABLES", "")
     return " ".join(part for part in (name, version, tunables) if part)
 
 
 def _processor() -> str:
-    """Returns what LLVM calls the processor, and a hash of what it can do."""
+    """Returns LLVM's name of the processor, and a hash of its features."""
     from llvmlite import binding
 
     features = binding.get_host_cpu_features().flatten()
@@ -42,14 +42,14 @@ def _processor() -> str:
 
 
 def _numpy_simd() -> str:
-    """Returns the instruction sets that NumPy chooses functions by."""
+    """Returns the instruction sets by which NumPy selects functions."""
     told = np.show_config(mode="dicts") or {}
     found = told.get("SIMD Extensions", {}).get("found", [])
     return " ".join(found) or "baseline"
 
 
 def _numba_target() -> str:
-    """Returns what Numba compiles for, and a hash of how it does."""
+    """Returns the target of Numba, and a hash of its options."""
     from numba.core import config
     from numba.core.registry import cpu_target
 
@@ -87,8 +87,8 @@ MACHINE_TRAITS = {
         _numba_target,
         "The processor for which Numba compiles, and a hash of its instruction"
         " sets and Numba's options. Kernels are compiled without `fastmath`, so"
-        " that no bit should hang on it; nothing proves it. `NUMBA_CPU_NAME`"
-        " and `NUMBA_CPU_FEATURES` set it.",
+        " that no bit should depend on it, but there is no proof."
+        " `NUMBA_CPU_NAME` and `NUMBA_CPU_FEATURES` set it.",
     ),
 }
 
@@ -99,5 +99,5 @@ def _read() -> tuple[tuple[str, str], ...]:
 
 
 def machine_traits() -> dict[str, str]:
-    """Returns what of this machine the last bits of results depend on."""
+    """Returns the traits of this machine."""
     return dict(_read())

@@ -1,8 +1,8 @@
 """The unit, family and direction of a metric.
 
-A metric of somebody's own may not be registered where its results are read.
-So tables keep these facts in their `attrs`, and files of results have them
-too. Of the metrics of this package the registry knows best.
+A user-defined metric may not be registered where its results are read.
+Therefore tables keep these facts in their `attrs`, and files of results contain
+them. For metrics of this package, the registry takes precedence.
 """
 
 from collections.abc import Iterable
@@ -15,11 +15,11 @@ import pandas as pd
 from hunav_drake.systems.evaluation import metrics as built_in
 from hunav_drake.systems.evaluation.metrics import METRICS
 
-# The facts, and what they are called in the `attrs` of a table.
+# The facts, and their keys in the `attrs` of a table.
 FACTS = {"unit": "units", "family": "families", "direction": "directions"}
 
-# What is shown at first sight, where there are many metrics: success, time,
-# path, nearness, intrusions and contacts.
+# The headline metrics, shown first if there are many: success, time, path,
+# distances, intrusions and contacts.
 HEADLINE = (
     "completed",
     "time_to_reach_goal",
@@ -34,7 +34,7 @@ HEADLINE = (
     "social_work",
 )
 
-# Up to so many metrics, all are shown at first sight.
+# Up to this number of metrics, all are headline metrics.
 _FEW = 11
 
 
@@ -49,10 +49,7 @@ _FRACTIONS = (
 
 
 def headline_of(table: pd.Series | pd.DataFrame) -> list[str]:
-    """Returns the metrics of a table that are shown at first sight.
-
-    Those of users are always among them.
-    """
+    """Returns the headline metrics of a table, with all user-defined ones."""
     names = list(table.attrs.get(FACTS["unit"], {}))
     if len(names) <= _FEW:
         return names
@@ -70,7 +67,7 @@ def facts_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
 
 
 def is_built_in(name: str) -> bool:
-    """Tells whether a metric is one of this package."""
+    """Returns whether a metric is one of this package."""
     if name not in METRICS:
         return False
     function: Any = METRICS[name].function
@@ -81,25 +78,22 @@ def is_built_in(name: str) -> bool:
 
 
 def unit_of(table: pd.Series | pd.DataFrame, name: str) -> str:
-    """Returns the unit of a metric in a table; nothing if it is not known."""
+    """Returns the unit of a metric in a table; "" if it is unknown."""
     return _fact(table, name, "unit", "")
 
 
 def family_of(table: pd.Series | pd.DataFrame, name: str) -> str:
-    """Returns the family of a metric; "other" if it is not known."""
+    """Returns the family of a metric; "other" if it is unknown."""
     return _fact(table, name, "family", "other")
 
 
 def direction_of(table: pd.Series | pd.DataFrame, name: str) -> str:
-    """Returns whether "lower" or "higher" is better of a metric, or "none"."""
+    """Returns the better direction of a metric: "lower", "higher" or "none"."""
     return _fact(table, name, "direction", "none")
 
 
 def bounds_of(name: str) -> tuple[float, float]:
-    """Returns the least and the largest value that a metric can have.
-
-    Of metrics of users nothing is known: they are without bounds.
-    """
+    """Returns the bounds of a metric; user-defined ones have none."""
     if not is_built_in(name) or name in _SIGNED:
         return -math.inf, math.inf
     if METRICS[name].unit == "%":
@@ -111,7 +105,7 @@ def _fact(
     table: pd.Series | pd.DataFrame, name: str, fact: str, unknown: str
 ) -> str:
     told = table.attrs.get(FACTS[fact], {})
-    # Its owner may have changed it since the table was made.
+    # A user-defined metric may have changed since the table was made.
     if name in METRICS and (is_built_in(name) or name not in told):
         return str(getattr(METRICS[name], fact))
     return str(told.get(name, unknown))

@@ -1,4 +1,4 @@
-"""Tells whether it is the planner that keeps a trial from going on."""
+"""Detects failures of a planner that stop a trial."""
 
 import traceback
 
@@ -13,15 +13,10 @@ from hunav_drake.systems.planning.planner_error import PlannerError, told
 def PlannerErrorOf(
     error: Exception, diagram: Diagram, context: Context
 ) -> PlannerError | None:
-    """Returns what an exception tells about the planner of a trial.
+    """Returns an exception of a trial as an error of its planner.
 
-    Args:
-        error: What the simulation raised.
-        diagram: From `MakeTrialDiagram`.
-        context: Its Context, at the time of the exception.
-
-    Returns:
-        The error of the planner; None if the exception was raised elsewhere.
+    It is None if the exception was raised elsewhere. The Context is that of
+    the trial's diagram at the time of the exception.
     """
     if isinstance(error, PlannerError):
         return error
@@ -38,13 +33,9 @@ def PlannerErrorOf(
 
 
 def CheckCommand(diagram: Diagram, context: Context) -> None:
-    """Checks the command of a planner that is a system of its own.
+    """Checks the command of a planner that is a user-defined system.
 
-    A `LocalPlanner` checks that itself.
-
-    Args:
-        diagram: From `MakeTrialDiagram`.
-        context: Its Context.
+    A `LocalPlanner` checks its commands itself.
 
     Raises:
         PlannerError: If the command is not finite.
@@ -61,13 +52,13 @@ def CheckCommand(diagram: Diagram, context: Context) -> None:
 
 
 def IsOwnSystem(diagram: Diagram) -> bool:
-    """Tells whether the planner of a trial is a system of its own."""
+    """Returns whether the planner of a trial is a user-defined system."""
     planner = diagram.GetSubsystemByName("planner")
     return not isinstance(planner, LocalPlanner)
 
 
 def _parts(system: System) -> list[System]:
-    """Returns a system and all that it is made of."""
+    """Returns a system and all its subsystems."""
     if not isinstance(system, Diagram):
         return [system]
     parts = [_parts(part) for part in system.GetSystems()]

@@ -1,4 +1,4 @@
-"""The provenance of a result: what must be equal to reproduce it."""
+"""The provenance of a result: all that must be equal to reproduce it."""
 
 from collections.abc import Sequence
 import hashlib
@@ -10,14 +10,13 @@ from hunav_drake.trial.machine import machine_traits
 
 Provenance = dict[str, str | int]
 
-# What computes: this package, and others that give numbers to it.
+# This package, and those that it computes with.
 _COMPUTES = (
     *("hunav_drake", "drake", "numpy", "numba", "llvmlite", "scipy"),
     "shapely",
 )
 
-# What is told as drawn by the seed of a run if nothing is: all its seeds are
-# the same trial.
+# The text for a trial without random draws: all its seeds give the same trial.
 NOTHING_DRAWN = "nothing"
 
 
@@ -30,22 +29,22 @@ def MakeProvenance(
     files_sha256: str = "",
     drawn: Sequence[str] | None = None,
 ) -> Provenance:
-    """Returns what must be equal for a trial to repeat bit for bit.
+    """Returns all that must be equal for a trial to repeat bit for bit.
 
     Args:
         scenario_text: The scenario, as `SaveScenario` writes it.
-        seed: The seed of everything random.
+        seed: The seed of all random draws.
         planner: The name of the planner that drove the robot.
-        behavior_sha256: The SHA-256 hash of the behavior trees, of which the
-            scenario tells only the names. It is left out if empty.
-        files_sha256: That of the files that a scenario names, alike.
-        drawn: What the seed draws, if that is known: see `drawn_by_seed`.
+        behavior_sha256: The SHA-256 hash of the behavior trees, which the
+            scenario only names. It is left out if empty.
+        files_sha256: That of the files that the scenario names.
+        drawn: The random draws, if known: see `drawn_by_seed`.
 
     Returns:
-        The versions of this package and of what it computes with, what of the
-        machine matters (`MACHINE_TRAITS`), the SHA-256 hashes of the scenario,
+        The versions of this package and its numeric dependencies, the traits
+        of the machine (`MACHINE_TRAITS`), the SHA-256 hashes of the scenario,
         of the behavior trees and of the named files, the seed, the planner,
-        and what the seed draws, or "nothing".
+        and the random draws, or "nothing".
     """
     contents = {
         "behavior_sha256": behavior_sha256,
@@ -63,15 +62,15 @@ def MakeProvenance(
 
 
 def drawn_text(drawn: Sequence[str]) -> str:
-    """Returns what a seed draws in words, as results and tables tell it."""
+    """Returns the draws of a seed as text for results and tables."""
     return ", ".join(drawn) or NOTHING_DRAWN
 
 
 def MakeSourceProvenance(filename: str | Path) -> Provenance:
-    """Returns what must be equal for a recording's metrics to be the same.
+    """Returns all that must be equal for equal metrics of a recording.
 
-    It is versions and machine as in `MakeProvenance`, the name of the file, and
-    the SHA-256 hash of its content.
+    These are versions and machine as in `MakeProvenance`, the name of the file
+    and the SHA-256 hash of its content.
 
     Raises:
         OSError: If the file cannot be read.
@@ -86,25 +85,19 @@ def MakeSourceProvenance(filename: str | Path) -> Provenance:
 
 
 def MakeValidationProvenance(seed: int, quick: bool) -> Provenance:
-    """Returns what must be equal for a validation to find the same.
+    """Returns all that must be equal for equal results of a validation.
 
-    Args:
-        seed: The seed of places and speeds.
-        quick: Whether it was the short form.
+    `quick` says whether it was the short form.
     """
     form = "quick" if quick else "full"
-    return {
-        **program_versions(),
-        **machine_traits(),
-        "seed": seed,
-        "form": form,
-    }
+    machine = machine_traits()
+    return {**program_versions(), **machine, "seed": seed, "form": form}
 
 
 def program_versions() -> Provenance:
-    """Returns the versions that results follow from, and the kind of machine.
+    """Returns the versions that results depend on, and the type of machine.
 
-    On another processor of that kind results agree to rounding.
+    On another processor of that type, results agree up to rounding.
     """
     versions = {name: metadata.version(name) for name in _COMPUTES}
     return {

@@ -3,24 +3,17 @@
 import math
 import re
 
-# What is smaller than this is rounding: no metric means anything as small, in
-# SI units.
+# Values below this, in SI units, are rounding errors of any metric.
 ROUNDING = 1e-8
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number_text(value: float, unit: str = "", *, scale: float = 0.0) -> str:
-    """Returns a number with sensible digits, such as "0.123" or "1.2e-07".
+    """Returns a number with up to four digits, as "0.123" or "1.2e-07".
 
-    About four digits are more than any metric is good for. Rounding noise is
-    0, whole numbers without unit have no decimals, and NaN is "-".
-
-    Args:
-        value: The number.
-        unit: Its unit.
-        scale: How large the numbers are that it belongs to, so that all have
-            as many decimals.
+    Rounding errors are 0, whole numbers without unit have no decimals, and NaN
+    is "-". With the `scale` of several numbers, all have as many decimals.
     """
     if math.isnan(value):
         return "-"
@@ -37,17 +30,17 @@ def number_text(value: float, unit: str = "", *, scale: float = 0.0) -> str:
         return f"{value:.1e}"
     digits = 3 if size < 1 else 2 if size < 100 else 1 if size < 1000 else 0
     text = f"{value:.{digits}f}"
-    # What is small on its scale has no sign.
+    # A number that rounds to zero has no sign.
     return text.removeprefix("-") if float(text) == 0 else text
 
 
 def superscript(text: str) -> str:
-    """Returns a whole number, raised."""
+    """Returns a whole number in superscript."""
     return text.translate(_SUPERSCRIPTS)
 
 
 def unit_text(unit: str) -> str:
-    """Returns a unit to read, such as "m/s²"; nothing for "-"."""
+    """Returns a unit for display, such as "m/s²"; "" for "-"."""
     if unit == "-":
         return ""
     return re.sub(r"\^(-?\d+)", lambda match: superscript(match[1]), unit)

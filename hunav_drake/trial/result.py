@@ -1,4 +1,4 @@
-"""The result of a trial, and how it is shown in a terminal."""
+"""The result of a trial, and its table for a terminal."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ from hunav_drake.trial.metric_facts import (
 from hunav_drake.trial.provenance import Provenance
 from hunav_drake.trial.quantity_text import number_text, unit_text
 
-# "end" is that of a recording from elsewhere, which does not tell;
-# "planner_failed" that of a trial whose planner is broken.
+# "end" is for recordings of other programs, which do not give a reason;
+# "planner_failed" for a trial with a failing planner.
 EndReason = Literal[
     "goal", "timeout", "stuck", "planner_failed", "end", "running"
 ]
@@ -35,27 +35,27 @@ _WIDTH = 80
 
 @dataclass(frozen=True, kw_only=True)
 class TrialResult:
-    """All that is known of a trial that has ended.
+    """The result of a trial that has ended.
 
     Attributes:
         scenario_name: The name of the scenario.
         metrics: The values by name; in `attrs`, by name, their "units",
             "families" and "directions".
         steps: A row per sample, indexed by time in seconds, and a column per
-            metric that has a series.
+            metric with a time series.
         by_behavior: A row per behavior, with the metrics as if only the
-            people of that behavior were there.
-        steps_by_behavior: The steps for each behavior, and in the column
-            `behavior_active` whether it is 1 or 0.
-        recording: What happened.
-        provenance: Where it comes from: see `MakeProvenance`.
+            people of that behavior were present.
+        steps_by_behavior: The steps for each behavior, with a column
+            `behavior_active`, which is 1 or 0.
+        recording: The recording of the trial.
+        provenance: The origin of the result: see `MakeProvenance`.
         end_reason: Why the trial ended.
         end_message: The same in words.
-        end_time: When it ended, in seconds of simulated time.
-        setting: What tells it from runs of the same planner in the same
-            scenario, but for the seed; empty if nothing does. Statistics keep
-            settings apart.
-        tag: What tells it from others in the folder that it was read from:
+        end_time: The simulated time of the end, in seconds.
+        setting: Difference from other runs of the same planner in the same
+            scenario, apart from the seed; empty if there is none. Statistics
+            treat settings separately.
+        tag: Identifier among the results in the folder that it was read from:
             see `LoadResults`.
     """
 
@@ -85,21 +85,18 @@ def MakeTrialResult(
 ) -> TrialResult:
     """Computes the metrics of a recording.
 
-    A metric that raises an error is NaN, and a warning names it: the rest of
-    the trial is not lost with it.
+    A metric that raises an error is NaN, with a warning; all others are kept.
 
     Args:
-        recording: What happened.
+        recording: The recording of the trial.
         scenario_name: The name of the scenario.
         metric_names: Names of metrics, their aliases, families, "paper" or
             "all"; or one of these.
-        provenance: Where it comes from.
+        provenance: The origin of the recording.
         end_reason: Why the trial ended.
         end_message: The same in words.
-        end_time: When it ended, in seconds; by default with the recording.
-
-    Returns:
-        The result.
+        end_time: The time of the end, in seconds; by default, that of the last
+            sample.
 
     Raises:
         ValueError: If a name is unknown.
@@ -108,7 +105,7 @@ def MakeTrialResult(
     metrics, steps = _without_failures(
         lambda some: evaluate(recording, some), names
     )
-    # What failed for everyone is not tried again.
+    # Metrics that failed for all people are not tried again.
     by_behavior, steps_by_behavior = _without_failures(
         lambda some: evaluate_by_behavior(recording, some),
         list(metrics.index),
@@ -135,11 +132,11 @@ def MakeTrialResult(
 def _without_failures[Tables](
     compute: Callable[[list[str]], Tables], names: list[str], how: str = ""
 ) -> Tables:
-    """Returns what can be computed, and warns of metrics that cannot."""
+    """Returns the metrics that can be computed, and warns of the others."""
     try:
         return compute(names)
     except Exception:
-        # Only now, since it takes longer: which are they?
+        # Find the faulty ones, which takes longer.
         sound = []
         for name in names:
             try:
@@ -159,11 +156,8 @@ def FormatMetricsTable(
     """Returns the metrics as a table for the terminal.
 
     One line per metric, by family: name, value, unit; "-" for no value. No
-    line is longer than 80 characters.
-
-    Args:
-        result: That of a trial.
-        headline_only: Shows the most telling metrics alone, without families.
+    line is longer than 80 characters. With `headline_only`, the table has the
+    headline metrics only, without families.
     """
     names = [str(name) for name in result.metrics.index]
     families: dict[str, list[str]] = {}
@@ -185,7 +179,7 @@ def FormatMetricsTable(
 
 
 def run_facts(result: TrialResult) -> list[str]:
-    """Returns planner, setting and seed of a run, as far as it has them."""
+    """Returns planner, setting and seed of a run, as far as known."""
     told = {
         "planner": result.provenance.get("planner", ""),
         "setting": result.setting,
@@ -195,7 +189,7 @@ def run_facts(result: TrialResult) -> list[str]:
 
 
 def how_it_ended(result: TrialResult) -> str:
-    """Returns when and why a trial ended, in a line."""
+    """Returns when and why a trial ended, in one line."""
     ended = f"ended after {result.end_time:.2f} s: {result.end_reason}"
     if result.end_message and result.end_message != result.end_reason:
         ended += f" ({result.end_message})"
@@ -210,7 +204,7 @@ def _heading(result: TrialResult) -> list[str]:
 
 
 def _align(number: str) -> str:
-    """Returns a number in a column of them, with the points in a line."""
+    """Returns a number aligned at its decimal point."""
     whole, point, decimals = number.partition(".")
     return f"{whole:>8}{point + decimals:<8}"
 

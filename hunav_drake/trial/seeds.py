@@ -1,4 +1,4 @@
-"""The seed of a Context: all that is drawn at random follows from it."""
+"""The seed of a Context, which determines all random draws."""
 
 from pydrake.common import RandomGenerator
 from pydrake.systems.framework import Context, Diagram
@@ -17,8 +17,8 @@ def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:
     """Checks that the people of a trial's diagram are those of a seed.
 
     Raises:
-        ValueError: If they are drawn by the seed of the trial, and the diagram
-            was made for another one.
+        ValueError: If the seed of the trial draws the people, and the diagram
+            was made for another seed.
     """
     own = people_seed(diagram.scenario)
     if own not in (None, seed):
@@ -30,12 +30,12 @@ def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:
 
 
 def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
-    """Resets a trial to its start, as drawn from a seed.
+    """Resets a trial to its start, with the draws of a seed.
 
-    Nothing of the past is kept: the time is 0, and state and parameters are
-    those of the default Context, but for what is drawn. It is, bit for bit,
-    the Context in which a diagram of the same scenario with that seed starts.
-    One diagram serves all seeds:
+    The time becomes 0; state and parameters become those of the default
+    Context, except for the draws. The result equals, bit for bit, the default
+    Context of a diagram of the same scenario with that seed. One diagram serves
+    all seeds:
 
         simulator = MakeTrialSimulator(diagram)
         for seed in range(100):
@@ -44,14 +44,14 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
             simulator.AdvanceTo(scenario.simulation.duration)
 
     The people of a population are drawn when the diagram is made. With a
-    `population.seed` they are the same for all seeds, which draw when those of
-    its sources come; else the diagram serves the seed that it was made for,
-    and `RunTrial(scenario, seed)` makes one for each.
+    `population.seed` they are the same for all seeds, which then draw the
+    arrival times at sources only. Without, the diagram serves only the seed
+    that it was made for, and `RunTrial(scenario, seed)` makes one for each.
 
-    `diagram.SetRandomContext(context, generator)` does this with a seed that it
-    draws from the generator. Drake's `MonteCarloSimulation` does not call that,
-    but resets what it is given to the start of the diagram's own seed: give it
-    `MakeRandomSimulator(scenario)`.
+    `diagram.SetRandomContext(context, generator)` does the same with a seed
+    drawn from the generator. Drake's `MonteCarloSimulation` does not call it,
+    but resets Contexts to the diagram's own seed: use
+    `MakeRandomSimulator(scenario)` there.
 
     Args:
         diagram: From `MakeTrialDiagram`.
@@ -60,8 +60,8 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
 
     Raises:
         ValueError: If the seed is not such a number, or if the people were
-            drawn by another one.
-        RuntimeError: If the Context is of another diagram.
+            drawn by another seed.
+        RuntimeError: If the Context belongs to another diagram.
     """
     check_seed(seed)
     CheckPeopleSeed(diagram, seed)
@@ -75,7 +75,7 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
         if hasattr(system, "SetSeed"):
             system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
     if diagram.HasSubsystemNamed("plant"):
-        # The bodies of people start where the people do.
+        # The bodies of people start at the same places.
         from hunav_drake.systems.robot.plant_people import PlacePeople
 
         plant = diagram.GetSubsystemByName("plant")
@@ -88,11 +88,9 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
 
 
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:
-    """Returns the seed of a trial: of its diagram, or as `SetTrialSeed` set it.
+    """Returns the seed of a Context of a trial's diagram.
 
-    Args:
-        diagram: From `MakeTrialDiagram`.
-        context: A Context of it.
+    It is the seed of the scenario, or that of the last `SetTrialSeed`.
     """
     crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
     seed: int = crowd.GetSeed(crowd.GetMyContextFromRoot(context))
@@ -100,10 +98,10 @@ def GetTrialSeed(diagram: Diagram, context: Context) -> int:
 
 
 def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
-    """Resets people to their start, as drawn from a seed.
+    """Resets people to their start, with the draws of a seed.
 
-    They are at rest, with nothing in mind yet. All else stays as it is. For
-    people of `AddHumans`, in a Context of the whole diagram:
+    They are at rest, and their behavior trees start anew. All else is
+    unchanged. For people of `AddHumans`, in a Context of the whole diagram:
 
         humans = diagram.GetSubsystemByName("humans")
         SetHumansSeed(humans, humans.GetMyMutableContextFromRoot(context), 3)
@@ -115,7 +113,7 @@ def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
 
     Raises:
         ValueError: If the seed is not such a number.
-        RuntimeError: If the Context is of another system.
+        RuntimeError: If the Context belongs to another system.
     """
     check_seed(seed)
     humans.ValidateContext(context)

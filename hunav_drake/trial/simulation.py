@@ -1,4 +1,4 @@
-"""The run of a trial, and its result."""
+"""Runs a trial, and returns its result."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -45,14 +45,14 @@ def MakeTrialSimulator(
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
-    It ends at a whole time step, wherever runs stop and others go on.
-    Once it has ended a trial, each further `AdvanceTo` goes on by one step.
-    A broken planner raises a PlannerError from there.
+    The trial ends at a whole time step, also if a run was continued. After the
+    end, each further `AdvanceTo` advances by one step. A failing planner
+    raises a PlannerError from `AdvanceTo`.
 
     Args:
         diagram: From `MakeTrialDiagram`.
-        context: Where to go on from: a clone of a Context of this diagram; by
-            default, the start. The simulator keeps it.
+        context: The Context to start from, kept by the simulator: a clone of
+            a Context of this diagram; by default, the default Context.
         progress: Called after each step with the time, in seconds.
     """
     if context is None:
@@ -84,8 +84,8 @@ def MakeTrialSimulator(
 def _skip_done_updates(diagram: Diagram, context: Context) -> None:
     """Keeps a new simulator from repeating the updates of an instant.
 
-    A simulator begins with those of the present instant. Where they are done,
-    as after a second `AdvanceTo` to one time, it may begin just after it.
+    A simulator begins with the updates at the current time. If these are done,
+    as after a second `AdvanceTo` to the same time, it must begin just after.
     """
     monitor = diagram.GetSubsystemByName("monitor")
     if monitor.HasUpdated(monitor.GetMyContextFromRoot(context)):
@@ -106,39 +106,39 @@ def RunTrial(
 ) -> TrialResult:
     """Runs a trial to its end.
 
-    Several seeds of one scenario can share a diagram, which takes far longer
-    to make than to reset, unless its people are drawn by the seed; the results
-    are the same, bit for bit:
+    Several seeds of one scenario can share a diagram, unless the seed draws the
+    people. This is faster, since a reset takes less time than a new diagram,
+    and the results are the same, bit for bit:
 
         diagram = MakeTrialDiagram(scenario)
         results = [RunTrial(scenario, s, diagram=diagram) for s in range(100)]
 
     Args:
-        scenario: What happens.
-        seed: Stands in for the scenario's own seed.
-        diagram: From `MakeTrialDiagram(scenario)`, with the same `meshcat`,
-            for whatever seed, but of a population without a seed of its own
-            for this one; by default it is made.
-        meshcat: Where to show the trial, and to record it for a replay.
-        realtime_rate: How many times as fast as real time it runs at most; 0
-            for as fast as it can.
+        scenario: The scenario.
+        seed: Replaces the seed of the scenario.
+        diagram: From `MakeTrialDiagram(scenario)`, with the same `meshcat`, for
+            any seed, or for this seed if it draws the people; by default, a
+            new one.
+        meshcat: The Meshcat that shows the trial and records it for a replay.
+        realtime_rate: The largest ratio of simulated to real time; 0 for no
+            limit.
         progress: Called after each step with the time, in seconds.
-        watch: Called after each step with the Context, again and again until
-            it returns true: so it can pause the trial. With it, browsers show
-            the trial while it runs.
-        on_planner_error: What is done about a planner that is broken, which
-            raises an exception, gives no finite command, or takes longer than
-            its `cycle_limit`. "end" ends the trial, with the end reason
-            "planner_failed" and what came up to then; "raise" raises.
+        watch: Called after each step with the Context, repeatedly until it
+            returns true, so that it can pause the trial. If given, browsers
+            show the trial while it runs.
+        on_planner_error: The response to a planner that raises an exception,
+            gives a command that is not finite, or exceeds its `cycle_limit`.
+            "end" ends the trial, with the end reason "planner_failed" and the
+            results so far; "raise" raises.
 
     Returns:
         The metrics, the recording, and why the trial ended.
 
     Raises:
-        PlannerError: If the planner is broken, and it is to raise.
+        PlannerError: If the planner fails and `on_planner_error` is "raise".
         ScenarioError: If the scenario cannot be simulated.
-        ValueError: If the diagram was made from another scenario, or of people
-            whom another seed has drawn.
+        ValueError: If the diagram was made from another scenario, or another
+            seed drew its people.
     """
     if seed is not None:
         scenario = _reseed(scenario, seed)
@@ -184,10 +184,10 @@ def RunTrial(
             if on_planner_error == "raise":
                 raise failure from failure.__cause__
         finally:
-            # It refers to the simulator, which would keep itself alive.
+            # The monitor refers to the simulator: a cycle of references.
             simulator.clear_monitor()
         if meshcat is not None:
-            # Frames come at their own times; the last instant is one too.
+            # Frames have their own period; the end needs one, too.
             diagram.ForcedPublish(simulator.get_context())
     if failure is None:
         return GetTrialResult(scenario, diagram, simulator.get_context())
@@ -200,25 +200,25 @@ def RunTrial(
 def MakeRandomSimulator(
     scenario: Scenario,
 ) -> Callable[[RandomGenerator], Simulator]:
-    """Makes what draws trials for Drake's `MonteCarloSimulation`.
+    """Makes the simulator factory for Drake's `MonteCarloSimulation`.
 
-    Each simulator has a diagram of its own, of a seed that it draws from the
-    generator, and ends its trial as `MakeTrialSimulator` does:
+    Each simulator has its own diagram, with a seed drawn from the generator,
+    and ends its trial as `MakeTrialSimulator` does:
 
         results = MonteCarloSimulation(
             MakeRandomSimulator(scenario), output, final_time=60.0,
             num_samples=4, generator=RandomGenerator(1),
         )
 
-    where `output(diagram, context)` gives a number; `GetTrialSeed` tells the
-    seed there, with which `RunTrial` repeats the trial. `RunTrial` over several
-    seeds of one diagram is faster.
+    where `output(diagram, context)` returns a number. `GetTrialSeed` returns
+    the seed there, with which `RunTrial` repeats the trial. `RunTrial` over
+    several seeds of one diagram is faster.
 
     Args:
-        scenario: What happens, but for its seed.
+        scenario: The scenario, whose seed does not matter.
 
     Returns:
-        A function that makes a Simulator of a trial, by a RandomGenerator.
+        A function that makes the Simulator of a trial from a RandomGenerator.
     """
 
     def make(generator: RandomGenerator) -> Simulator:
@@ -241,10 +241,10 @@ def _reseed(scenario: Scenario, seed: int) -> Scenario:
 def GetTrialResult(
     scenario: Scenario, diagram: Diagram, context: Context
 ) -> TrialResult:
-    """Returns what a trial has given up to the present of its Context.
+    """Returns the result of a trial up to the time of its Context.
 
     Args:
-        scenario: What happens; its metrics are computed.
+        scenario: The scenario, with the metrics to compute.
         diagram: From `MakeTrialDiagram(scenario)`.
         context: A Context of that diagram; its seed counts, not that of the
             scenario.
@@ -270,7 +270,7 @@ def _result(
     reason: EndReason,
     message: str,
 ) -> TrialResult:
-    """Returns what a trial has given that ended for some reason."""
+    """Returns the result of a trial with the reason of its end."""
     recording = _recording_of(diagram, context)
     config = scenario.evaluator
     recording = dataclasses.replace(
@@ -297,7 +297,7 @@ def _result(
 def _end_message(
     reason: EndReason, scenario: Scenario, diagram: Diagram, context: Context
 ) -> str:
-    """Returns in words why a trial ended, with those of its planner."""
+    """Returns why a trial ended, with the reason of its planner."""
     parts = [_MESSAGES[reason]]
     if reason not in ("stuck", "timeout"):
         return parts[0]
@@ -318,7 +318,7 @@ def _recording_of(diagram: Diagram, context: Context) -> Recording:
 
 
 def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
-    """Returns a trial's recording, with the present also if it has ended."""
+    """Returns the recording of a trial, with a sample of the current time."""
     recording = _recording_of(diagram, context)
     now = _time_of(context, recording)
     if recording.times[-1] == now:
@@ -335,7 +335,7 @@ def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
         times=np.append(recording.times, now),
         robot=np.vstack([recording.robot, rows[:1]]),
         humans=np.concatenate([recording.humans, rows[None, 1:]]),
-        # How one ends has nothing to do with these.
+        # The explanation of the end does not need these.
         behavior_status=None,
         contacts=None,
         wall_contact=None,
@@ -344,7 +344,7 @@ def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
 
 
 def _time_of(context: Context, recording: Recording) -> float:
-    """Returns the present, that of the last sample to the bit if it is it.
+    """Returns the current time, or that of the last sample if equal.
 
     A simulator may begin just after an instant: see `_skip_done_updates`.
     """
@@ -357,7 +357,7 @@ def _time_of(context: Context, recording: Recording) -> float:
 def _recording(
     diagram: Diagram, meshcat: "Meshcat | None", *, live: bool
 ) -> AbstractContextManager[None]:
-    """Returns what records a trial for a replay, if it is shown at all."""
+    """Returns a context manager that records a trial in Meshcat, if any."""
     if meshcat is None:
         return nullcontext()
     from hunav_drake.systems.scene.record_replay import RecordReplay

@@ -15,8 +15,8 @@ _PACKAGE = str(Path(__file__).resolve().parents[1])
 def import_user_code(names: Iterable[str]) -> None:
     """Imports modules that register parts of a simulation.
 
-    They are paths of Python files, or names of modules, either installed or in
-    the current folder. An InputError names the line of what cannot be imported.
+    Names are paths of Python files, or modules, installed or in the current
+    folder. Raises an InputError with the line of a failing import.
     """
     for name in names:
         try:
@@ -38,8 +38,7 @@ def import_user_code(names: Iterable[str]) -> None:
 def fault_of_user_code(error: BaseException | None) -> str:
     """Returns the error in user code and its place, or an empty text.
 
-    Args:
-        error: The exception that was raised; its causes are searched, too.
+    The causes of the exception are searched, too.
     """
     notes = ""
     first = error
@@ -55,12 +54,12 @@ def fault_of_user_code(error: BaseException | None) -> str:
             place = f"{frames[-1].filename}:{frames[-1].lineno}"
             return f"{place}: {type(error).__name__}: {error}{notes}"
         error = error.__cause__
-    # Or raised here, about what the user's code gave.
+    # Or raised in this package, about a result of user code.
     return f"{type(first).__name__}: {first}{notes}" if notes else ""
 
 
 def notes_of(error: BaseException) -> list[str]:
-    """Returns what was noted where an exception passed through."""
+    """Returns the notes of an exception."""
     return list(getattr(error, "__notes__", ()))
 
 
@@ -70,13 +69,13 @@ def _import_file(path: Path) -> None:
     if spec is None or spec.loader is None:
         raise ImportError("is not a Python file")
     module = importlib.util.module_from_spec(spec)
-    # As an import does, for what looks up the module of a class.
+    # As an import does, for code that looks up the module of a class.
     sys.modules[path.stem] = module
     spec.loader.exec_module(module)
 
 
 def _place(error: Exception) -> str:
-    """Returns the line of the user's code where an error came from."""
+    """Returns the line of user code that raised an error."""
     if isinstance(error, SyntaxError):
         return ""
     frames = [

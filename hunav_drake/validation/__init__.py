@@ -1,1 +1,1 @@
-"""Cases that tell how well models of human motion walk like people."""
+"""Validation cases: how realistic the motion models are."""

@@ -1,10 +1,10 @@
-"""Cases of people in corridors with bends, and of ways to choose."""
+"""Cases of corridors with bends, rooms, and choices of ways."""
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.shapes import Box
 from hunav_drake.validation.case import Case, Numbers, Setting, case
 from hunav_drake.validation.places import (
@@ -16,21 +16,15 @@ from hunav_drake.validation.places import (
 )
 from hunav_drake.validation.walkers import Walkers
 
-Array = NDArray[np.float64]
-
 
 def _corner(
     begin: float, before: float, width: float, after: float
 ) -> list[Box]:
-    """Returns the walls of a corridor along x that turns left, and up y.
+    """Returns the walls of a corridor along x that turns left, along y.
 
-    It is closed where it begins: there would be a way around its walls.
-
-    Args:
-        begin: The x where it begins, in meters.
-        before: The x of the corner.
-        width: The width of both parts.
-        after: The length along y from the corner on.
+    It starts at x = `begin`, closed so that there is no way around its walls.
+    The corner is at x = `before`. The second part has the length `after`, both
+    have the same width. All are in meters.
     """
     end = before + width
     return [
@@ -44,14 +38,14 @@ def _corner(
 
 @case(
     "RiMEA 6, NIST 2.3, ISO 4",
-    question="Do 20 people walk round a corner of a corridor 2 m wide, without"
+    question="Do 20 people walk around a corner of a corridor 2 m wide, without"
     " walking through walls?",
     expected="all arrive, no sample is in a wall or beyond it",
     accepts=lambda it: it["arrived"] == 20 and it["outside"] == 0,
     shown="{arrived:.0f} of 20 arrive, {outside:.0f} samples outside",
 )
 def corner(setting: Setting) -> Numbers:
-    """Counts who gets round a corner, and who gets through its walls."""
+    """Counts people who pass a corner, and samples beyond its walls."""
     walls = _corner(-1, 10, 2, 14)
     starts = spread(20, Area(0.3, 0.3, 6, 1.7), setting.generator("corner"))
     walk = Walkers(setting, starts, [11, 40], walls=walls).walk(
@@ -68,7 +62,7 @@ def corner(setting: Setting) -> Numbers:
 def _time_of_crowd(
     setting: Setting, walls: list[Box], goal: Array, end: float, axis: int
 ) -> float:
-    """Returns when the last of 60 people has walked a corridor 4 m wide."""
+    """Returns when the last of 60 people leaves a corridor 4 m wide."""
     people = 20 if setting.quick else 60
     starts = spread(
         people, Area(-10, 0.4, -0.5, 3.6), setting.generator("bend")
@@ -81,16 +75,16 @@ def _time_of_crowd(
 
 @case(
     "RiMEA 15 (a fifth of the width, 60 people)",
-    question="Does a crowd take the longest for a straight corridor as long as"
-    " the outer side of a bend, less for the bend, and least for one as long as"
-    " its inner side?",
+    question="Does a crowd take the longest time for a straight corridor as"
+    " long as the outer side of a bend, less for the bend, and the least for"
+    " one as long as its inner side?",
     expected="times in that order",
     accepts=lambda it: it["short"] < it["bend"] < it["long"] < np.inf,
     shown="{long:.1f} s for 42.3 m, {bend:.1f} s by the bend, {short:.1f} s for"
     " 36 m",
 )
 def bend(setting: Setting) -> Numbers:
-    """Measures when the last has walked three corridors."""
+    """Measures the time of the last person in three corridors."""
     inner = 36.0
     outer = inner + math.pi / 2 * 4
     turned = _corner(-11, 12, 4, 28)
@@ -107,8 +101,8 @@ def bend(setting: Setting) -> Numbers:
 @case(
     "",
     question="Do 60 people slow down at the inner corner of a corridor 3 m"
-    " wide, and are they as fast as before 3 m behind it?",
-    expected="slower within 1.5 m of the corner by 5 % or more; behind it at"
+    " wide, and are they as fast as before from 3 m behind it?",
+    expected="slower by 5 % or more within 1.5 m of the corner; behind it at"
     " least 95 % of the speed before it",
     accepts=lambda it: (
         it["at"] <= 0.95 * it["before"] and it["behind"] >= 0.95 * it["before"]
@@ -139,14 +133,14 @@ def corner_effect(setting: Setting) -> Numbers:
 
 @case(
     "RiMEA 10, NIST 3.1, ISO 8",
-    question="Do 23 people in 12 rooms along a corridor leave by the exits that"
-    " they are assigned to?",
+    question="Do 23 people in 12 rooms along a corridor leave by their assigned"
+    " exits?",
     expected="all of them",
     accepts=lambda it: it["obeyed"] == 23,
     shown="{obeyed:.0f} of 23",
 )
 def assigned_exits(setting: Setting) -> Numbers:
-    """Counts who leaves by the exit that they are assigned to."""
+    """Counts people who leave by their assigned exits."""
     walls, rooms = _rooms_along_corridor(6)
     starts = np.concatenate(
         [
@@ -154,7 +148,7 @@ def assigned_exits(setting: Setting) -> Numbers:
             for k, area in enumerate(rooms)
         ]
     )
-    # Of the right-most four rooms, as in the guideline, the other exit.
+    # The four rooms at the right use the other exit, as in the guideline.
     to_right = starts[:, 0] > 16
     goals = np.where(to_right[:, None], [[50.0, 6]], [[-26.0, 6]])
     walk = Walkers(setting, starts, goals, walls=walls).walk(
@@ -188,11 +182,12 @@ def _rooms_along_corridor(pairs: int) -> tuple[list[Box], list[Area]]:
 @case(
     "RiMEA 8 (in a plane)",
     question="Does a storey of 12 rooms with 48 people, who leave by one end of"
-    " its corridor, empty the sooner the faster people are? The guideline"
-    " sweeps over parameters of a building of three storeys; this one sweeps"
-    " over speeds of 0.5, 0.75, 1.0 and 1.34 m/s, on one.",
-    expected="the last is not later at a higher speed, by over 5 %, and at the"
-    " highest in at most 3/4 of the time at the lowest; all leave",
+    " its corridor, empty sooner if people are faster? The guideline varies"
+    " parameters of a building of three storeys; this case varies the speed,"
+    " 0.5, 0.75, 1.0 and 1.34 m/s, on one storey.",
+    expected="at a higher speed, the time of the last person is at most 5 %"
+    " longer, and at the highest speed at most 3/4 of that at the lowest; all"
+    " leave",
     accepts=lambda it: bool(
         max(it["time"]) < np.inf
         and np.all(np.diff(it["time"]) <= 0.05 * np.array(it["time"][:-1]))
@@ -201,7 +196,7 @@ def _rooms_along_corridor(pairs: int) -> tuple[list[Box], list[Area]]:
     shown="{time:.1f} s at {speed:g} m/s",
 )
 def storey_sweep(setting: Setting) -> Numbers:
-    """Measures when the last leaves a storey, for several speeds."""
+    """Measures when the last person leaves a storey, for several speeds."""
     walls, rooms = _rooms_along_corridor(3 if setting.quick else 6)
     starts = np.concatenate(
         [
@@ -222,19 +217,19 @@ def storey_sweep(setting: Setting) -> Numbers:
 
 @case(
     "RiMEA 14, ISO 17",
-    question="Do 20 people take the shorter of two ways round a block, of 16"
+    question="Do 20 people take the shorter of two ways around a block, of 16"
     " and 28 m?",
-    expected="more than half of them, and all arrive",
+    expected="more than half of them do, and all arrive",
     accepts=lambda it: it["shorter"] > 10 and it["arrived"] == 20,
     shown="{shorter:.0f} of 20 take it, {arrived:.0f} arrive",
 )
 def shorter_way(setting: Setting) -> Numbers:
-    """Counts who takes the shorter of two ways."""
+    """Counts people who take the shorter of two ways."""
     walls = [
         *corridor(-5, 17, 12),
         wall(-5.2, -0.2, -5, 12.2),
         wall(17, -0.2, 17.2, 12.2),
-        # What they walk around.
+        # The block.
         wall(2, 2, 10, 10),
     ]
     starts = spread(20, Area(-4.5, 1, 0, 7), setting.generator("two ways"))
@@ -248,8 +243,7 @@ def shorter_way(setting: Setting) -> Numbers:
 
 
 _NO_CHOICE = (
-    "people walk to the goals that they are given; no motion model chooses"
-    " among exits"
+    "people walk to their given goals; no motion model chooses among exits"
 )
 
 CASES = (
@@ -262,9 +256,10 @@ CASES = (
     Case(
         "choice_of_exit",
         "RiMEA 11, NIST 3.3 and 4.1, ISO 9, 15 and 16",
-        question="Do people choose among exits, by distance, by what others do,"
-        " and when one is closed?",
-        expected="most the nearer, some the other; none a closed one",
+        question="Do people choose among exits by distance, by the choices of"
+        " others, and if one is closed?",
+        expected="most choose the nearer exit, some the other; none a closed"
+        " one",
         reason=_NO_CHOICE,
     ),
 )

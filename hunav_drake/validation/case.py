@@ -1,4 +1,4 @@
-"""What a case of the validation is, and what came out of it."""
+"""A case of the validation, and its outcome."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ import zlib
 
 import numpy as np
 
-# What a case measures, by name: a number, or a list of them.
+# The measured quantities of a case by name: numbers, or lists of numbers.
 Numbers = Mapping[str, Any]
 
 Verdict = Literal["passes", "fails", "not applicable"]
@@ -18,12 +18,12 @@ VERDICTS: tuple[Verdict, ...] = ("passes", "fails", "not applicable")
 
 @dataclass(frozen=True)
 class Setting:
-    """What a case is measured with.
+    """The model and the options of a measurement.
 
     Attributes:
         model: The name of a registered motion model.
-        seed: What places and speeds are drawn by.
-        quick: Whether to take fewer people, or less time.
+        seed: The seed of places and speeds.
+        quick: Whether to use fewer people or less time.
     """
 
     model: str
@@ -31,24 +31,23 @@ class Setting:
     quick: bool = False
 
     def generator(self, purpose: str) -> np.random.Generator:
-        """Returns a source of draws that follows from the seed and a name."""
+        """Returns a random generator for the seed and a purpose."""
         return np.random.default_rng([self.seed, zlib.crc32(purpose.encode())])
 
 
 @dataclass(frozen=True)
 class Case:
-    """A question to a motion model, and what counts as a good answer.
+    """A question to a motion model, and its rule of acceptance.
 
     Attributes:
-        name: Of lower-case letters and "_", unlike any other.
-        standards: Where the case is from, such as "RiMEA 1"; or nothing.
-        question: What it asks.
+        name: A unique name of lower-case letters and "_".
+        standards: The source of the case, such as "RiMEA 1"; may be empty.
+        question: The question.
         expected: The rule of acceptance, in words.
-        measure: Simulates, and returns what it measures; None for a case that
-            cannot be asked.
-        accepts: Whether the numbers are as expected.
-        shown: How numbers are told: a template of `str.format`, in which the
-            items of a sequence are joined by slashes.
+        measure: Simulates, and returns the measured quantities; None for a case
+            that is not applicable.
+        accepts: Returns whether the quantities pass.
+        shown: The template of the quantities, for `describe`.
         reason: Why the case is not applicable, if so.
     """
 
@@ -70,25 +69,12 @@ def case(
     accepts: Callable[[Numbers], bool],
     shown: str,
 ) -> Callable[[Callable[[Setting], Numbers]], Case]:
-    """Returns a decorator that makes a function a case of its name.
-
-    Args:
-        standards: See `Case`.
-        question: See `Case`.
-        expected: See `Case`.
-        accepts: See `Case`.
-        shown: See `Case`.
-    """
+    """Returns a decorator that makes a function a `Case` of its name."""
 
     def make(measure: Callable[[Setting], Numbers]) -> Case:
+        name = measure.__name__
         return Case(
-            measure.__name__,
-            standards,
-            question,
-            expected,
-            measure,
-            accepts,
-            shown,
+            *(name, standards, question, expected, measure, accepts, shown)
         )
 
     return make
@@ -96,16 +82,16 @@ def case(
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a case gave for a model.
+    """The outcome of a case for a model.
 
     Attributes:
         case: The name of the case.
         model: The name of the model.
-        verdict: Whether the numbers are as expected.
-        measured: The numbers, as text.
-        reason: Why the case is not applicable, or what went wrong.
-        numbers: The numbers.
-        seconds: How long it took; not compared, since no two runs agree.
+        verdict: Whether the model passes.
+        measured: The quantities as text.
+        reason: Why the case is not applicable, or the error.
+        numbers: The quantities.
+        seconds: The real time of the measurement, in seconds; not compared.
     """
 
     case: str
@@ -118,7 +104,7 @@ class Outcome:
 
 
 def judge(case: Case, setting: Setting) -> Outcome:
-    """Measures a case, and returns what came out.
+    """Measures a case, and returns its outcome.
 
     A model that raises an error fails; the error is the reason.
     """
@@ -129,7 +115,7 @@ def judge(case: Case, setting: Setting) -> Outcome:
     try:
         numbers = case.measure(setting)
     except Exception as error:
-        # On one line, as a cell of a table.
+        # In one line, for a cell of a table.
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         return Outcome(case.name, setting.model, "fails", reason=reason)
     return Outcome(
@@ -142,20 +128,17 @@ def judge(case: Case, setting: Setting) -> Outcome:
 
 
 def describe(template: str, numbers: Numbers) -> str:
-    """Returns numbers as a text.
+    """Returns quantities as text by a template of `str.format`.
 
-    Args:
-        template: A template of `str.format`, with the names of the numbers;
-            the format of a sequence is that of its items.
-        numbers: The numbers; what is infinite is told as "never".
+    Items of a sequence are joined by slashes; infinite values are "never".
     """
     text = template.format(**{k: _Shown(v) for k, v in numbers.items()})
-    # That has no unit.
+    # "never" has no unit.
     return re.sub(r"\bnever s\b", "never", text)
 
 
 class _Shown:
-    """A number, or several, that format themselves."""
+    """One or several numbers with a format for `str.format`."""
 
     def __init__(self, value: float | Sequence[float]) -> None:
         self._items = list(np.atleast_1d(np.asarray(value, dtype=float)))

@@ -33,7 +33,7 @@ CASES: Mapping[str, Case] = MappingProxyType(
 
 
 def by_topic(names: Iterable[str]) -> dict[str, list[Case]]:
-    """Returns the cases of some names under their topics, in order."""
+    """Returns the named cases by topic, in order."""
     chosen = set(names)
     found = {
         topic: [case for case in cases if case.name in chosen]

@@ -1,22 +1,20 @@
-"""Cases of crowds that walk against each other."""
+"""Cases of counterflow."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.world.shapes import Box
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.measures import lane_order
 from hunav_drake.validation.places import THICK, Area, corridor, spread, wall
 from hunav_drake.validation.walkers import Walkers
 
-Array = NDArray[np.float64]
-
-# So many of each direction in the middle are a counterflow.
+# The least number of people of each direction in a counterflow.
 _BOTH = 5
 
 
 def _two_rooms() -> list[Box]:
-    """Returns two rooms of 10 x 10 m, and 10 x 2 m of corridor between."""
+    """Returns two rooms of 10 x 10 m with a corridor of 10 x 2 m between."""
     return [
         *corridor(-10.2, 0.2, 10),
         *corridor(9.8, 20.2, 10),
@@ -33,10 +31,10 @@ def _two_rooms() -> list[Box]:
 
 
 def _crossing_time(setting: Setting, people: int, against: int) -> float:
-    """Returns when the last has crossed from the left room to the right.
+    """Returns when the last person has crossed to the other room.
 
-    Each walks to the place of another in the other room, by the corridor, and
-    leaves at its back wall.
+    All walk through the corridor to the back wall of the other room, and leave
+    there.
     """
     generator = setting.generator("counterflow")
     left = spread(people, Area(-9.7, 0.3, -0.3, 9.7), generator)
@@ -46,7 +44,7 @@ def _crossing_time(setting: Setting, people: int, against: int) -> float:
     goals = np.stack([np.where(to_right, 19.5, -9.5), starts[:, 1]], axis=1)
     walkers = Walkers(setting, starts, goals, walls=_two_rooms())
 
-    def leave(rows: Array) -> NDArray[np.bool_]:
+    def leave(rows: Array) -> Mask:
         x = rows[:, 0]
         return np.where(to_right, x > 18.5, x < -8.5)
 
@@ -57,16 +55,16 @@ def _crossing_time(setting: Setting, people: int, against: int) -> float:
 
 @case(
     "NIST 2.8, ISO 6",
-    question="Do 100 people take the longer to cross a corridor of 10 x 2 m,"
-    " the more come against them: 0, 10, 50 or 100? And does everybody cross?",
-    expected="times that rise, and all cross",
+    question="Do 100 people take longer to cross a corridor of 10 x 2 m with"
+    " more oncoming people: 0, 10, 50 or 100? And do all cross?",
+    expected="times increase, and all cross",
     accepts=lambda it: bool(
         max(it["time"]) < np.inf and np.all(np.diff(it["time"]) > 0)
     ),
     shown="{time:.1f} s with {against:.0f}",
 )
 def counterflow(setting: Setting) -> Numbers:
-    """Measures when the last has crossed, against several crowds."""
+    """Measures when the last person has crossed, for several crowds."""
     people = 20 if setting.quick else 100
     against = [0, 10] if setting.quick else [0, 10, 50, 100]
     times = [_crossing_time(setting, people, n) for n in against]
@@ -75,25 +73,24 @@ def counterflow(setting: Setting) -> Numbers:
 
 @case(
     "NIST 2.8, ISO 6",
-    question="Do 100 people and 100 who come against them get past each other"
-    " in a corridor of 10 x 2 m, within 3 minutes?",
+    question="Do 100 people and 100 oncoming people pass each other in a"
+    " corridor of 10 x 2 m, within 3 minutes?",
     expected="all cross",
     accepts=lambda it: it["time"] < np.inf,
     shown="last to cross: {time:.1f} s",
 )
 def dense_counterflow(setting: Setting) -> Numbers:
-    """Measures when the last has crossed of 100 against 100."""
+    """Measures when the last of 100 against 100 people has crossed."""
     people = 20 if setting.quick else 100
     return {"time": _crossing_time(setting, people, people)}
 
 
 @case(
     "Feliciani & Nishinari 2016",
-    question="Do 27 people and 27 who come against them form lanes, in the"
-    " middle 10 m of a corridor of 3 x 38 m, when the first of both have"
-    " crossed it?",
+    question="Do 27 people and 27 oncoming people form lanes in the middle 10 m"
+    " of a corridor of 3 x 38 m, after the first of both have crossed it?",
     expected="mean order parameter of at least 0.8, where 1 is perfect, and all"
-    " get past",
+    " pass",
     accepts=lambda it: it["order"] >= 0.8 and it["passed"] == it["people"],
     shown="{order:.2f} (by chance {chance:.2f}), {passed:.0f} of {people:.0f}"
     " get past",
@@ -103,7 +100,7 @@ def lanes(setting: Setting) -> Numbers:
     generator = setting.generator("lanes")
     half = 12 if setting.quick else 27
     to_right = np.arange(2 * half) < half
-    # One person for each square meter, from the ends of the corridor on.
+    # One person per square meter, from the ends of the corridor on.
     starts = spread(2 * half, Area(0, 0.3, 2 * half / 3, 2.7), generator)
     starts[~to_right, 0] += 38 - 2 * half / 3
     goals = np.stack([np.where(to_right, 80.0, -42.0), starts[:, 1]], axis=1)

@@ -1,38 +1,37 @@
 """Cases of the speed of crowds at different densities: fundamental diagrams.
 
-The corridors have no ends. Each person has an image, one length of the corridor
-ahead or behind, whichever is nearer to the middle of it. Images are people of
-the same crowd, put anew before each step: so everybody sees half a length
-ahead and behind, by whatever model.
+The corridors are endless (periodic). Each person has an image, one length of
+the corridor ahead or behind, whichever is nearer to its middle. Images are
+people of the same crowd, placed again before each step, so that with any model
+all people see half a length ahead and behind.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import norm
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.measures import weidmann
 from hunav_drake.validation.places import Area, corridor, spread
 from hunav_drake.validation.walkers import SPEED, TIME_STEP, Walkers
 
-Array = NDArray[np.float64]
-
-# A goal so far ahead that the way to it is straight for all, in meters.
+# The distance of a goal in the same direction for all, in meters.
 _FAR = 1e4
 
-# How far the speed at each density may be from Weidmann's, in m/s.
+# The tolerance of the speed at each density, in m/s.
 TOLERANCE = 0.15
 
-# The standard deviation of the speeds that people prefer (Weidmann 1993), m/s.
+# The standard deviation of desired speeds (Weidmann 1993), in m/s.
 _DEVIATION = 0.26
 
-# The densities that speeds are measured at, in persons/m^2.
+# The densities of the fundamental diagram, in persons/m^2.
 _DENSITIES = (0.5, 1.0, 1.5, 2.0, 3.0)
 
 
 class EndlessCorridor:
-    """People in a corridor that leads back to its begin."""
+    """People in a periodic corridor."""
 
     def __init__(
         self,
@@ -45,12 +44,12 @@ class EndlessCorridor:
         """Constructs a corridor with people who walk along x.
 
         Args:
-            setting: The model, and more.
+            setting: The model and the options.
             starts: Shape (n, 2), x from 0 to the length, y from 0 to the width,
                 in meters.
-            length: After so much x, it is the begin again.
-            width: That of the corridor.
-            speeds: The speed that each prefers, in m/s.
+            length: The period along x, in meters.
+            width: The width of the corridor, in meters.
+            speeds: The desired speed of each person, in m/s.
         """
         self._length = length
         self._n = len(starts)
@@ -69,11 +68,7 @@ class EndlessCorridor:
         return images
 
     def step(self) -> Array:
-        """Lets everybody move for one time step.
-
-        Returns:
-            Shape (n, 2): how far, in meters.
-        """
+        """Moves all people by one step; returns their motion, (n, 2) in m."""
         before = self._walkers.states[: self._n]
         self._walkers.step()
         after = self._walkers.states[: self._n]
@@ -82,18 +77,23 @@ class EndlessCorridor:
         self._walkers.set_states(np.concatenate([after, self._images(after)]))
         return moved
 
-    def mean_speed(self, seconds: float) -> float:
-        """Returns how fast people move along x for some time, in m/s."""
+    def mean_speed(self, settling: float, seconds: float) -> float:
+        """Returns the mean speed along x over some time, in m/s.
+
+        The measurement begins after a time of settling. Times are in seconds.
+        """
+        for _ in range(round(settling / TIME_STEP)):
+            self.step()
         steps = round(seconds / TIME_STEP)
         total = sum(float(self.step()[:, 0].mean()) for _ in range(steps))
         return total / (steps * TIME_STEP)
 
 
 def _preferred_speeds(n: int) -> Array:
-    """Returns the speeds that n people prefer, in order, in m/s.
+    """Returns the desired speeds of n people, in ascending order, in m/s.
 
-    They are spread as those of Weidmann's people. People who all prefer the
-    same would never meet: at no density would some models slow them down.
+    They have Weidmann's distribution. With equal speeds, people would never
+    approach each other, and some models would not slow down at any density.
     """
     middle = (np.arange(n) + 0.5) / n
     speeds: Array = SPEED + _DEVIATION * norm.ppf(middle)
@@ -112,16 +112,15 @@ def _speeds(setting: Setting) -> tuple[list[float], list[float]]:
         starts = spread(n, area, generator)
         preferred = generator.permutation(_preferred_speeds(n))
         endless = EndlessCorridor(setting, starts, length, width, preferred)
-        endless.mean_speed(seconds / 2)
-        speeds.append(endless.mean_speed(seconds))
+        speeds.append(endless.mean_speed(seconds / 2, seconds))
     return densities, speeds
 
 
 @case(
     "RiMEA 4",
-    question="How fast are people who prefer N(1.34, 0.26) m/s in a corridor"
-    " 10 m wide, at densities of 0.5 to 3 persons/m²? It has no ends: 12 m come"
-    " again and again.",
+    question="How fast are people with desired speeds of N(1.34, 0.26) m/s in"
+    " an endless corridor 10 m wide (with a period of 12 m), at densities of"
+    " 0.5 to 3 persons/m²?",
     expected="at each density within 0.15 m/s of Weidmann's speed, 1.30 / 1.06"
     " / 0.81 / 0.61 / 0.33 m/s",
     accepts=lambda it: bool(np.all(np.abs(it["difference"]) <= TOLERANCE)),
@@ -141,14 +140,14 @@ def fundamental_diagram(setting: Setting) -> Numbers:
 
 @case(
     "ISO 13",
-    question="Do people who prefer 1.0 m/s never walk faster, however many are"
-    " in a corridor?",
+    question="Do people with a desired speed of 1.0 m/s never walk faster, at"
+    " any density in a corridor?",
     expected="a mean speed of at most 1.05 m/s at 0.5, 1 and 2 persons/m²",
     accepts=lambda it: max(it["speed"]) <= 1.05,
     shown="{speed:.2f} m/s at {density:g}/m²",
 )
 def never_faster(setting: Setting) -> Numbers:
-    """Measures the mean speed of people who prefer 1 m/s."""
+    """Measures the mean speed at a desired speed of 1 m/s."""
     # 60, 120 and 240 people on 12 x 10 m.
     length, width = (10.0, 4.0) if setting.quick else (12.0, 10.0)
     densities = [0.5, 1.0, 2.0]
@@ -160,15 +159,15 @@ def never_faster(setting: Setting) -> Numbers:
             setting.generator(f"slow {density}"),
         )
         endless = EndlessCorridor(setting, starts, length, width, speeds=1.0)
-        endless.mean_speed(2.0)
-        speeds.append(endless.mean_speed(2.0 if setting.quick else 8.0))
+        seconds = 2.0 if setting.quick else 8.0
+        speeds.append(endless.mean_speed(2.0, seconds))
     return {"density": densities, "speed": speeds}
 
 
 @case(
     "RiMEA 16",
-    question="Are people in single file, in a passage 0.6 m wide without ends,"
-    " slower the more there are?",
+    question="Are people in single file, in an endless passage 0.6 m wide,"
+    " slower at higher densities?",
     expected="speeds at 0.5, 1.0, 1.5 and 2.0 persons/m do not rise, and fall"
     " below half of the free speed",
     accepts=lambda it: bool(
@@ -189,8 +188,7 @@ def single_file(setting: Setting) -> Numbers:
         y = width / 2 + generator.uniform(-0.02, 0.02, n)
         starts = np.stack([x, y], axis=1)
         endless = EndlessCorridor(setting, starts, length, width)
-        endless.mean_speed(seconds / 2)
-        speeds.append(endless.mean_speed(seconds))
+        speeds.append(endless.mean_speed(seconds / 2, seconds))
     return {"density": densities, "speed": speeds}
 
 

@@ -1,26 +1,24 @@
 """Cases of crowds at doors."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.measures import flow_rate, peak_density
 from hunav_drake.validation.places import Area, gap_in_wall, room, spread, wall
 from hunav_drake.validation.walkers import SPEED, Walk, Walkers
 
-Array = NDArray[np.float64]
-
-# Measured at doors and in experiments, in persons/(m s); of Seyfried et al.
-# 2009, about 1.9.
+# The range of measured flows at doors and in experiments, in persons/(m s);
+# Seyfried et al. 2009 measured about 1.9.
 FLOW_BAND = (1.6, 2.2)
 
-# The widths of the doors that flows are measured at, in meters.
+# The widths of the doors, in meters.
 _WIDTHS = (0.8, 1.0, 1.2, 1.6, 2.0, 2.4)
 
-# If nobody leaves for so long, those who are left never do, in seconds.
+# If nobody leaves for this time, the others never do, in seconds.
 _PATIENCE = 20.0
 
-# Who stops for longer than this at a door interrupts its flow, in seconds.
+# A longer gap between two people interrupts the flow of a door, in seconds.
 _GAP = 1.0
 
 
@@ -32,18 +30,19 @@ def _through_door(
     thick: float = 0.2,
     speed: float = SPEED,
 ) -> Array:
-    """Returns when people leave a room by a door in the middle of a side.
+    """Returns the times at which people leave a room by a door.
 
     Args:
-        setting: The model, and more.
-        people: How many are in the room.
+        setting: The model and the options.
+        people: The number of people.
         size: The length of the room along x, and its width, in meters.
-        door: The width of the door, in meters.
-        thick: How thick the wall is, in meters.
-        speed: The speed that they prefer, in m/s.
+        door: The width of the door, in the middle of a side, in meters.
+        thick: The thickness of the wall, in meters.
+        speed: Their desired speed, in m/s.
 
     Returns:
-        Shape (people,), in seconds, in order; infinite for who never does.
+        Shape (people,), in seconds, in order; infinite for people who never
+        leave.
     """
     length, width = size
     starts = spread(
@@ -68,7 +67,7 @@ def _through_door(
 
 
 def _left(times: Array) -> float:
-    """Returns how many of those who leave at some times do so at all."""
+    """Returns the number of finite times."""
     return float(np.isfinite(times).sum())
 
 
@@ -95,9 +94,9 @@ def door_flow(setting: Setting) -> Numbers:
 
 @case(
     "RiMEA 12 (parts c and d)",
-    question="Do more people per second leave a room of 10 x 10 m, in which 150"
-    " are, where the way out is 0.8, 1.0 and 1.2 m wide?",
-    expected="the flow rises with the width, and all leave",
+    question="Do more people per second leave a room of 10 x 10 m with 150"
+    " people by a wider exit, 0.8, 1.0 and 1.2 m wide?",
+    expected="the flow increases with the width, and all leave",
     accepts=lambda it: bool(
         np.all(np.diff(it["flow"]) > 0) and min(it["left"]) == it["people"]
     ),
@@ -119,14 +118,14 @@ def bottleneck_width(setting: Setting) -> Numbers:
 
 @case(
     "RiMEA 12 (part b)",
-    question="Do 150 people take longer for a way out of 1 m that is 5 m long"
-    " than for one of 0.2 m?",
-    expected="the last is later, and all leave",
+    question="Do 150 people take longer for an exit 1 m wide and 5 m long than"
+    " for one 0.2 m long?",
+    expected="the last person is later, and all leave",
     accepts=lambda it: it["short"] < it["long"] < np.inf,
     shown="{short:.1f} s (0.2 m), {long:.1f} s (5 m)",
 )
 def bottleneck_length(setting: Setting) -> Numbers:
-    """Measures when the last leaves by a short and by a long bottleneck."""
+    """Measures when the last person leaves a short and a long bottleneck."""
     people = 30 if setting.quick else 150
     short, long = (
         _through_door(setting, people, (10, 10), 1.0, thick)[-1]
@@ -137,8 +136,8 @@ def bottleneck_length(setting: Setting) -> Numbers:
 
 @case(
     "NIST 5.2, ISO 11",
-    question="Do 100 people leave a room of 8 x 5 m by an exit of 1 m at no"
-    " more than the flow that regulations count with (IMO MSC/Circ.1238)?",
+    question="Do 100 people leave a room of 8 x 5 m by an exit of 1 m with at"
+    " most the flow of regulations (IMO MSC/Circ.1238)?",
     expected="at most 1.33 persons/(m s), and all leave",
     accepts=lambda it: it["flow"] <= 1.33 and it["left"] == it["people"],
     shown="{flow:.2f} persons/(m s), {left:.0f} of {people:.0f} leave",
@@ -156,9 +155,9 @@ def regulated_flow(setting: Setting) -> Numbers:
 
 @case(
     "Helbing et al. 2000",
-    question="Is there a speed from which on a crowd that wants to be faster"
-    " leaves by a door of 0.8 m later?",
-    expected="the least time is not at the largest of 0.8, 1.3, 2.0 and 3.0"
+    question="Is there a desired speed above which a crowd takes longer to"
+    " leave by a door of 0.8 m?",
+    expected="the shortest time is not at the largest of 0.8, 1.3, 2.0 and 3.0"
     " m/s, and all leave",
     accepts=lambda it: (
         max(it["time"]) < np.inf and min(it["time"]) < it["time"][-1]
@@ -166,7 +165,7 @@ def regulated_flow(setting: Setting) -> Numbers:
     shown="{time:.1f} s at {speed:.1f} m/s",
 )
 def faster_is_slower(setting: Setting) -> Numbers:
-    """Measures when the last leaves, for several preferred speeds."""
+    """Measures when the last person leaves, for several desired speeds."""
     people = 20 if setting.quick else 60
     speeds = [0.8, 1.3, 2.0, 3.0]
     times = [
@@ -178,9 +177,9 @@ def faster_is_slower(setting: Setting) -> Numbers:
 
 @case(
     "Helbing et al. 2000",
-    question="Does a crowd arch before a door of 0.8 m, so that its flow is"
-    " interrupted?",
-    expected="gaps of over 1 s between two who pass, and all leave",
+    question="Does a crowd form arches at a door of 0.8 m, which interrupt its"
+    " flow?",
+    expected="gaps of over 1 s between two people, and all leave",
     accepts=lambda it: it["gaps"] > 0 and it["left"] == it["people"],
     shown="{gaps:.0f} gaps, the longest of {longest:.1f} s; {left:.0f} of"
     " {people:.0f} leave",
@@ -200,10 +199,10 @@ def intermittent_flow(setting: Setting) -> Numbers:
 
 @case(
     "NIST 5.1, ISO 10 (without the stair)",
-    question="Do 100 people who leave a room of 8 x 8 m for a corridor 2 m"
-    " wide and 12 m long queue before it?",
-    expected="a peak density in the room before the corridor that is at least"
-    " 5 % above that in its middle",
+    question="Do 100 people who leave a room of 8 x 8 m by a corridor 2 m wide"
+    " and 12 m long queue at its entrance?",
+    expected="a peak density in the room at the entrance that is at least 5 %"
+    " above that in the middle of the corridor",
     accepts=lambda it: it["before"] >= 1.05 * it["middle"],
     shown="{before:.2f} before, {neck:.2f} where it begins, {middle:.2f}"
     " persons/m² in the middle",
@@ -227,9 +226,9 @@ def _into_corridor(setting: Setting, people: int) -> Walk:
 
 @case(
     "RiMEA 9",
-    question="Does a large room empty in twice the time if two of its four"
-    " exits of 1 m are closed? A quarter of the room, with 160 people in"
-    " 10 x 10 m, each bound to the nearest exit.",
+    question="Does a large room take twice the time to empty if two of its four"
+    " exits of 1 m are closed? It is a quarter of the room of the guideline,"
+    " with 160 people in 10 x 10 m, each assigned to the nearest exit.",
     expected="1.5 to 2.5 times as long, and all leave",
     accepts=lambda it: (
         it["two"] < np.inf and 1.5 <= it["two"] / it["four"] <= 2.5
@@ -237,7 +236,7 @@ def _into_corridor(setting: Setting, people: int) -> Walk:
     shown="{four:.1f} s by four, {two:.1f} s by two",
 )
 def exits_of_large_room(setting: Setting) -> Numbers:
-    """Measures when the last leaves by four exits, and by two."""
+    """Measures when the last person leaves by four exits, and by two."""
     people = 60 if setting.quick else 160
     starts = spread(
         people, Area(0.3, 0.6, 9.7, 9.4), setting.generator("large room")
@@ -254,7 +253,7 @@ def exits_of_large_room(setting: Setting) -> Numbers:
 def _empty(
     setting: Setting, starts: Array, doors: list[tuple[int, float]]
 ) -> float:
-    """Returns when the last leaves a room of 10 x 10 m by doors of 1 m."""
+    """Returns when the last person leaves a room of 10 x 10 m by its doors."""
     walls = [wall(-0.2, -0.2, 10.2, 0), wall(-0.2, 10, 10.2, 10.2)]
     for side, left in ((0, -0.2), (10, 10.0)):
         heights = sorted(y for x, y in doors if x == side)

@@ -1,8 +1,8 @@
-"""Cases of people who meet in narrow or crowded places."""
+"""Cases of encounters in narrow or crowded places."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.world.shapes import Box
 from hunav_drake.validation.case import Numbers, Setting, case
@@ -15,21 +15,19 @@ from hunav_drake.validation.measures import (
 from hunav_drake.validation.places import Area, corridor, wall
 from hunav_drake.validation.walkers import SPEED, TIME_STEP, Walkers
 
-Array = NDArray[np.float64]
-
-# The radius of people with the room that they like around them, in meters.
+# The radius of people including their personal space, in meters.
 BODY = 0.35
 
-# Who has come no farther than this in the last seconds is stuck, in meters.
+# A person is stuck who moved less than this (m) in this time (s) at the end.
 _STUCK = 0.5
 _STUCK_FOR = 10.0
 
 
 @case(
     "",
-    question="Do two people of 0.35 m radius who meet head-on get past each"
-    " other in corridors of 1.2, 1.5, 2 and 3 m, at a distance?",
-    expected="both get past in all, and centers are at least 0.5 m apart",
+    question="Do two people of 0.35 m radius who meet head-on pass each other"
+    " in corridors of 1.2, 1.5, 2 and 3 m, at a distance?",
+    expected="both pass in all corridors, and centers are at least 0.5 m apart",
     accepts=lambda it: max(it["time"]) < np.inf and min(it["nearest"]) >= 0.5,
     shown="{width:g} m wide: nearest {nearest:.2f} m, past each other at"
     " {time:.1f} s",
@@ -54,7 +52,7 @@ def head_on(setting: Setting) -> Numbers:
     return {"width": widths, "nearest": nearest, "time": times}
 
 
-# A hall with things in it.
+# The side of a hall with obstacles, in meters.
 _SIDE = 12.0
 
 
@@ -72,7 +70,7 @@ def _hall() -> list[Box]:
 
 
 def _free_places(n: int, generator: np.random.Generator) -> Array:
-    """Returns places in the hall, off walls: shape (n, 2)."""
+    """Returns places in the hall, away from walls: shape (n, 2)."""
     blocked = [
         Area(
             box.center[0] - box.size[0] / 2 - 0.6,
@@ -93,10 +91,10 @@ def _free_places(n: int, generator: np.random.Generator) -> Array:
 @case(
     "",
     question="Do 30 people of 0.35 m radius, who walk from place to place in a"
-    " hall of 12 x 12 m with five obstacles for 120 s, get along without being"
-    " stuck, bumping into each other or jerking?",
-    expected="nobody stuck, speed over 0.6 of the preferred, under 0.3 contacts"
-    " per person and minute, under 0.4 g",
+    " hall of 12 x 12 m with five obstacles for 120 s, move without getting"
+    " stuck, contacts and jerks?",
+    expected="nobody stuck, speed over 0.6 of the desired speed, under 0.3"
+    " contacts per person and minute, acceleration under 0.4 g",
     accepts=lambda it: (
         it["stuck"] == 0
         and it["speed"] > 0.6
@@ -107,12 +105,12 @@ def _free_places(n: int, generator: np.random.Generator) -> Array:
     " {contacts:.1f} contacts, {peak:.2f} g",
 )
 def among_obstacles(setting: Setting) -> Numbers:
-    """Measures how smoothly people walk among obstacles and others."""
+    """Measures how smoothly people walk among obstacles and each other."""
     people = 15 if setting.quick else 30
     seconds = 20.0 if setting.quick else 120.0
     generator = setting.generator("obstacles")
     starts = _apart(_free_places(20 * people, generator), people)
-    # More goals than anybody reaches.
+    # More goals than any person reaches.
     goals = _free_places(people * 100, generator).reshape(people, -1, 2)
     walkers = Walkers(setting, starts, goals[:, 0], walls=_hall(), radii=BODY)
     at = np.zeros(people, dtype=int)
@@ -139,7 +137,7 @@ def among_obstacles(setting: Setting) -> Numbers:
 
 
 def _apart(places: Array, n: int) -> Array:
-    """Returns the first n places that are 0.8 m or more from each other."""
+    """Returns the first n places that are 0.8 m or more apart."""
     chosen: list[Array] = []
     for place in places:
         if all(np.hypot(*(place - other)) >= 0.8 for other in chosen):

@@ -1,23 +1,21 @@
-"""Cases of people who belong together, or differ."""
+"""Cases of groups and mixed crowds."""
 
 from statistics import linear_regression
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.validation.case import Numbers, Setting, case
 from hunav_drake.validation.places import Area, corridor, room, spread
 from hunav_drake.validation.walkers import SPEED, Walk, Walkers
 
-Array = NDArray[np.float64]
-
 
 @case(
     "Moussaïd et al. 2010",
-    question="Do two people of a group walk side by side, and are groups of 2"
-    " to 5 the slower the larger they are?",
-    expected="two 0.6 to 0.9 m apart, at 70 to 90 degrees to their way; 0.01 to"
-    " 0.08 m/s slower for each member more",
+    question="Do two people of a group walk side by side, and are larger groups"
+    " of 2 to 5 people slower?",
+    expected="a pair is 0.6 to 0.9 m apart, at 70 to 90 degrees to its"
+    " direction; 0.01 to 0.08 m/s slower for each further member",
     accepts=lambda it: (
         0.6 <= it["distance"] <= 0.9
         and it["angle"] >= 70
@@ -26,7 +24,7 @@ Array = NDArray[np.float64]
     shown="{distance:.2f} m, {angle:.0f}°, {slower:.3f} m/s slower",
 )
 def walking_groups(setting: Setting) -> Numbers:
-    """Measures how a group of two walks, and how fast groups are."""
+    """Measures the formation of a pair, and the speeds of groups."""
     sizes = [1, 2, 4] if setting.quick else [1, 2, 3, 4, 5]
     walks = [_walk_together(setting, size) for size in sizes]
     apart = walks[1].states[:, 0, :2] - walks[1].states[:, 1, :2]
@@ -42,7 +40,7 @@ def walking_groups(setting: Setting) -> Numbers:
 
 
 def _walk_together(setting: Setting, size: int) -> Walk:
-    """Returns how a group walks when its members have found their places."""
+    """Returns the second half of a group's walk, in formation."""
     row = np.arange(size)
     starts = np.stack([-0.2 * (row % 2), 0.7 * row], axis=1)
     group = 1 if size > 1 else -1
@@ -55,80 +53,75 @@ def _walk_together(setting: Setting, size: int) -> Walk:
 
 
 def _arrival_spread(
-    setting: Setting,
-    starts: Array,
-    speeds: Array,
-    groups: NDArray[np.int64],
-    own: NDArray[np.bool_],
-) -> float:
-    """Returns the time from the first arrival of some people to the last."""
+    setting: Setting, speeds: list[float], ahead: float
+) -> Numbers:
+    """Measures the time from the first to the last arrival of a group.
+
+    `speeds` are those of its five members, `ahead` is that of another group of
+    ten, whom it overtakes.
+    """
+    group = spread(5, Area(-3, 0.5, 0, 3.5), setting.generator("group"))
+    others = spread(10, Area(8, 0.5, 12, 3.5), setting.generator("ahead"))
+    starts = np.concatenate([group, others])
+    own = np.arange(15) < 5
     goals = np.stack([np.full(len(starts), 120.0), starts[:, 1]], axis=1)
-    walls = corridor(-12, 122, 4)
-    # So far the members of a group walk together; then they may part.
+    # The length over which the members walk together.
     end = 20.0 if setting.quick else 40.0
 
-    def arrived(rows: Array) -> NDArray[np.bool_]:
-        # Nobody waits for those who are not asked about.
+    def arrived(rows: Array) -> Mask:
+        # The others are removed with the last member.
         over: bool = (rows[own, 0] > end).all()
-        left: NDArray[np.bool_] = (rows[:, 0] > end + 10) | (~own & over)
-        return left
+        return (rows[:, 0] > end + 10) | (~own & over)
 
     walk = Walkers(
-        setting, starts, goals, walls=walls, speeds=speeds, groups=groups
+        *(setting, starts, goals),
+        walls=corridor(-12, 122, 4),
+        speeds=[*speeds, *[ahead] * 10],
+        groups=np.where(own, 1, 2),
     ).walk(300.0, leave=arrived)
     times = walk.first_time(walk.x > end)[own]
-    return float(times.max() - times.min() if times.max() < np.inf else np.inf)
+    last = times.max()
+    return {"spread": float(last - times.min() if last < np.inf else np.inf)}
 
 
 @case(
     "NIST 2.9",
-    question="Does a group of four who prefer 1.25 m/s and one who prefers 0.5"
-    " stay together over 40 m, past ten who walk at 0.2 m/s ahead?",
+    question="Does a group of four people with a desired speed of 1.25 m/s and"
+    " one with 0.5 m/s stay together over 40 m, past ten people ahead at 0.2"
+    " m/s?",
     expected="all five arrive within 10 s",
     accepts=lambda it: it["spread"] <= 10,
     shown="within {spread:.1f} s",
 )
 def slow_member(setting: Setting) -> Numbers:
-    """Measures how far apart the members of a group arrive."""
-    own = spread(5, Area(-3, 0.5, 0, 3.5), setting.generator("group"))
-    ahead = spread(10, Area(8, 0.5, 12, 3.5), setting.generator("ahead"))
-    member = np.arange(15) < 5
-    speeds = np.where(member, 1.25, 0.2)
-    speeds[4] = 0.5
-    groups = np.where(member, 1, 2)
-    starts = np.concatenate([own, ahead])
-    return {"spread": _arrival_spread(setting, starts, speeds, groups, member)}
+    """Measures the spread of arrivals of a group with a slow member."""
+    return _arrival_spread(setting, [1.25, 1.25, 1.25, 1.25, 0.5], 0.2)
 
 
 @case(
     "ISO 14",
-    question="Do five people who prefer 1.25 m/s stay together over 40 m, past"
-    " ten who walk at 0.5 m/s ahead?",
+    question="Do five people with a desired speed of 1.25 m/s stay together"
+    " over 40 m, past ten people ahead at 0.5 m/s?",
     expected="all five arrive within 10 s",
     accepts=lambda it: it["spread"] <= 10,
     shown="within {spread:.1f} s",
 )
 def fast_group(setting: Setting) -> Numbers:
-    """Measures how far apart a group arrives that overtakes another."""
-    own = spread(5, Area(-3, 0.5, 0, 3.5), setting.generator("group"))
-    ahead = spread(10, Area(8, 0.5, 12, 3.5), setting.generator("ahead"))
-    member = np.arange(15) < 5
-    starts = np.concatenate([own, ahead])
-    speeds = np.where(member, 1.25, 0.5)
-    groups = np.where(member, 1, 2)
-    return {"spread": _arrival_spread(setting, starts, speeds, groups, member)}
+    """Measures the spread of arrivals of a group that overtakes another."""
+    return _arrival_spread(setting, [1.25] * 5, 0.5)
 
 
 @case(
     "NIST 2.10, ISO 7",
     question="Do 25 people take longer to leave a room of 8 x 5 m by a door of"
-    " 1 m if the one nearest to it is slower (0.5 m/s) and larger (0.35 m)?",
-    expected="the last leaves later than if all are alike, and all leave",
+    " 1 m if the person nearest to it is slower (0.5 m/s) and larger (0.35 m)?",
+    expected="the last person leaves later than if all are alike, and all"
+    " leave",
     accepts=lambda it: it["alike"] < it["together"] < np.inf,
     shown="{alike:.1f} s if all are alike, {together:.1f} s with a slow one",
 )
 def slow_person(setting: Setting) -> Numbers:
-    """Measures when 25 people have left, without and with a slow one."""
+    """Measures when 25 people have left, without and with a slow person."""
     starts = spread(24, Area(0.3, 0.3, 6, 4.7), setting.generator("slow one"))
     starts = np.concatenate([starts, [[7.0, 2.5]]])
     normal = np.arange(25) < 24

@@ -1,60 +1,53 @@
-"""What is measured on people who walked."""
+"""Measures of walks."""
 
 import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.validation.places import Area
 from hunav_drake.validation.walkers import TIME_STEP, Walk
 
-Array = NDArray[np.float64]
-
 # Weidmann 1993, "Transporttechnik der Fußgänger", eq. 6: free speed in m/s,
-# a constant and the density of a jam, both in persons/m^2.
+# a constant and the jam density, both in persons/m^2.
 _FREE, _GAMMA, _JAM = 1.34, 1.913, 5.4
 
-# People whose centers are nearer than this touch, in meters; with bodies of
-# the radius that all cases have, by pressing.
+# The distance of centers below which people touch, in meters; bodies of the
+# radius of all cases are then pressed together.
 CONTACT = 0.45
 
-# The time that accelerations are the mean of, in seconds.
+# The averaging time of accelerations, in seconds.
 _SMOOTH = 0.2
 
-# The width of the strips that lanes are looked for in, in meters.
+# The width of strips for lanes, in meters.
 _STRIP = 0.2
 
 STANDARD_GRAVITY = 9.80665
 
 
 def weidmann(density: ArrayLike) -> Array:
-    """Returns the speed of people at a density, by Weidmann 1993.
+    """Returns the speed of people by Weidmann 1993, in m/s.
 
-    Args:
-        density: In persons/m^2, positive.
-
-    Returns:
-        In m/s, of the same shape; 0 at a density of 5.4 and above.
+    Densities are positive, in persons/m^2; the speed is 0 from 5.4 on.
     """
     rho = np.asarray(density, dtype=float)
-    speed: Array = _FREE * -np.expm1(
-        -_GAMMA * np.maximum(1 / rho - 1 / _JAM, 0.0)
-    )
-    return speed
+    return _FREE * -np.expm1(-_GAMMA * np.maximum(1 / rho - 1 / _JAM, 0.0))
 
 
 def flow_rate(passages: Array, low: float = 0.2, high: float = 0.8) -> float:
-    """Returns how many pass in a second, of those in the middle of a queue.
+    """Returns the flow of the middle part of a queue, in persons/s.
 
     Args:
-        passages: When each passed, in seconds; infinite for who did not.
-        low: The part of the people who pass before it is measured.
-        high: The part of the people after whom it is not.
+        passages: The time of each passage, in seconds; infinite for people who
+            never pass.
+        low: The fraction of people before the measurement begins.
+        high: The fraction of people at its end.
 
     Returns:
-        In persons/s. If not all pass up to there, it is that of those who do,
-        over the time up to the last; 0 if fewer than two do.
+        The flow. If not all of this part pass, it is that of the people who
+        do; 0 if fewer than two do.
     """
     n = len(passages)
     times = np.sort(passages)[math.floor(low * n) : math.ceil(high * n)]
@@ -67,24 +60,21 @@ def flow_rate(passages: Array, low: float = 0.2, high: float = 0.8) -> float:
 def peak_density(walk: Walk, area: Area, seconds: float = 1.0) -> float:
     """Returns the largest density in an area, in persons/m^2.
 
-    Args:
-        walk: Where people were.
-        area: Where they are counted.
-        seconds: The time that densities are the mean of.
+    Densities are averaged over a time in seconds.
     """
     counts = (area.holds(walk.states) & walk.present).sum(axis=1) / area.size
     window = min(len(counts), round(seconds / TIME_STEP))
     return float(sliding_window_view(counts, window).mean(axis=1).max())
 
 
-def lane_order(states: Array, to_right: NDArray[np.bool_]) -> float:
+def lane_order(states: Array, to_right: Mask) -> float:
     """Returns the order parameter of lanes along x, from 0 to 1.
 
     It is the mean over strips 0.2 m wide of ((n_L - n_R) / (n_L + n_R))^2.
 
     Args:
-        states: Shape (n, 2 or more), from x and y on; one or more people.
-        to_right: Shape (n,), who walks in the direction of x.
+        states: Shape (n, 2 or more), starting with x and y; n is at least 1.
+        to_right: Shape (n,), whether a person walks along x.
     """
     strips = np.floor(states[:, 1] / _STRIP).astype(int)
     strips -= strips.min()
@@ -96,11 +86,10 @@ def lane_order(states: Array, to_right: NDArray[np.bool_]) -> float:
 
 
 def touches(positions: Array, distance: float = CONTACT) -> int:
-    """Returns how often two people begin to touch.
+    """Returns the number of contacts that begin between two people.
 
-    Args:
-        positions: Shape (k, n, 2), in meters.
-        distance: That of centers below which they do, in meters.
+    Positions have the shape (k, n, 2); people touch if their centers are
+    closer than `distance`. All are in meters.
     """
     first, second = np.triu_indices(positions.shape[1], k=1)
     count = 0
@@ -113,8 +102,8 @@ def touches(positions: Array, distance: float = CONTACT) -> int:
 
 
 def peak_acceleration(walk: Walk) -> float:
-    """Returns the largest acceleration, as a mean of 0.2 s, in m/s^2."""
-    # Of velocities, so that a step in position does not count as two.
+    """Returns the largest acceleration, averaged over 0.2 s, in m/s^2."""
+    # From velocities, so that a jump in position does not count twice.
     velocities = walk.states[..., 3:5]
     window = round(_SMOOTH / TIME_STEP)
     change = velocities[window:] - velocities[:-window]
@@ -122,7 +111,7 @@ def peak_acceleration(walk: Walk) -> float:
 
 
 def nearest_centers(walk: Walk) -> float:
-    """Returns the least distance of two centers ever, in meters."""
+    """Returns the least distance of two centers, in meters."""
     first, second = np.triu_indices(walk.states.shape[1], k=1)
     apart = walk.states[:, first, :2] - walk.states[:, second, :2]
     return float(np.hypot(apart[..., 0], apart[..., 1]).min())

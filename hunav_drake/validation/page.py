@@ -1,4 +1,4 @@
-"""Writes what the validation found, as HTML and as Markdown with pictures."""
+"""Writes the results of the validation as HTML, and Markdown with pictures."""
 
 from collections.abc import Iterator, Mapping, Sequence
 import functools
@@ -13,7 +13,6 @@ from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.validation.case import VERDICTS, Case, Outcome
 from hunav_drake.validation.cases import by_topic
 from hunav_drake.validation.plots import PLOTS, ValidationPlot
-from hunav_drake.validation.sources import SOURCES
 from hunav_drake.validation.tables import counts, models_of, told
 
 if TYPE_CHECKING:
@@ -22,15 +21,33 @@ if TYPE_CHECKING:
 TITLE = "Validation of the motion models"
 
 PREFACE = (
-    "Each case puts people of a model of human motion into a plane world and"
-    " asks whether they walk as people do. Cases are numbered as in the RiMEA"
-    " guideline 4.1.1, in NIST Technical Note 1822 and in ISO 20414:2020; where"
-    " the original needs a building, the case is its form in a plane. Standards"
-    " print thresholds for RiMEA 1, 5, 10 and 15 and NIST 2.8 and 5.2; the"
-    " others are tolerances of this project. Unless a case tells otherwise,"
-    " people have a radius of 0.2 m, prefer 1.34 m/s, and steps take 0.05 s."
-    " When nobody has left for 20 s, at wide places up to 60 s, those who are"
-    " still there count as never leaving."
+    "Each case simulates people of a motion model in a plane world, and checks"
+    " whether they walk like people. Cases have the numbers of the RiMEA"
+    " guideline 4.1.1, NIST Technical Note 1822 and ISO 20414:2020; if the"
+    " original needs a building, the case is its form in a plane. Standards"
+    " specify thresholds for RiMEA 1, 5, 10 and 15 and NIST 2.8 and 5.2; the"
+    " others are tolerances of this project. Unless stated otherwise, people"
+    " have a radius of 0.2 m and a desired speed of 1.34 m/s, and the time step"
+    " is 0.05 s. If nobody has left for 20 s, at wide places up to 60 s, the"
+    " remaining people count as never leaving."
+)
+
+SOURCES = (
+    "RiMEA e.V. 2025, Guideline for microscopic evacuation analyses, 4.1.1",
+    "Ronchi, Kuligowski, Reneke, Peacock & Nilsson 2013, The process of"
+    " verification and validation of building fire evacuation models, NIST"
+    " Technical Note 1822",
+    "ISO 20414:2020, Fire safety engineering: verification and validation"
+    " protocol for building fire evacuation models",
+    "Weidmann 1993, Transporttechnik der Fußgänger, ETH Zürich",
+    "Seyfried, Passon, Steffen, Boltes, Rupprecht & Klingsch 2009, New insights"
+    " into pedestrian flow through bottlenecks",
+    "Helbing, Farkas & Vicsek 2000, Simulating dynamical features of escape"
+    " panic",
+    "Moussaïd, Perozo, Garnier, Helbing & Theraulaz 2010, The walking behaviour"
+    " of pedestrian social groups and its impact on crowd dynamics",
+    "Feliciani & Nishinari 2016, Empirical analysis of the lane formation"
+    " process in bidirectional pedestrian flow",
 )
 
 _MARKS = {"passes": "yes", "fails": "**no**", "not applicable": "n/a"}
@@ -44,9 +61,9 @@ def WriteValidationPage(
     """Writes a page about outcomes as one HTML file, with plots.
 
     Args:
-        outcomes: Those of some cases, each for the same models.
+        outcomes: The outcomes of cases, each for the same models.
         filename: The file to write; an existing one is replaced.
-        provenance: What must be equal for outcomes to be the same.
+        provenance: All that must be equal for equal outcomes.
 
     Returns:
         The path of the file.
@@ -113,7 +130,7 @@ def _rows(outcomes: Sequence[Outcome]) -> dict[str, list[dict[str, Any]]]:
 def _plots(
     outcomes: Sequence[Outcome],
 ) -> Iterator[tuple[ValidationPlot, dict[str, Any]]]:
-    """Yields the plots of those cases that have numbers."""
+    """Yields the plots of cases with quantities."""
     for plot in PLOTS:
         measured = {
             outcome.model: outcome.numbers
@@ -130,9 +147,9 @@ def WriteValidationMarkdown(
     """Writes a page about outcomes as Markdown, and its pictures beside it.
 
     Args:
-        outcomes: Those of some cases, each for the same models.
-        filename: The file to write; an existing one is replaced. The pictures
-            are named after it.
+        outcomes: The outcomes of cases, each for the same models.
+        filename: The file to write; an existing one is replaced. The names of
+            the pictures begin with its name.
 
     Returns:
         The path of the file.
@@ -154,7 +171,9 @@ def WriteValidationMarkdown(
         for row in rows:
             lines += _section(row["case"], row["outcomes"])
     lines += ["## Sources", "", *(f"- {source}" for source in SOURCES), ""]
-    return _write(path, "\n".join(lines).encode())
+    with atomic_write(path) as file:
+        file.write("\n".join(lines).encode())
+    return path
 
 
 def _overview(outcomes: Sequence[Outcome], models: list[str]) -> list[str]:
@@ -191,7 +210,7 @@ def _write_picture(path: Path, plot: ValidationPlot, measured: Any) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    # The same drawing is the same file.
+    # Equal drawings give equal files.
     with mpl.rc_context({"svg.hashsalt": plot.case}):
         drawing = Figure(
             figsize=(1.6 * COLUMN, 1.6 * plot.height(len(measured))),
@@ -202,9 +221,3 @@ def _write_picture(path: Path, plot: ValidationPlot, measured: Any) -> None:
         _draw(plot, measured, ax)
         with atomic_write(path) as file:
             drawing.savefig(file, format="svg", metadata={"Date": None})
-
-
-def _write(path: Path, content: bytes) -> Path:
-    with atomic_write(path) as file:
-        file.write(content)
-    return path

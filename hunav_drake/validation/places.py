@@ -5,20 +5,18 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.systems.world.shapes import Box, Wall, World
 
-Array = NDArray[np.float64]
-
-# How thick walls are if nothing else is said, in meters.
+# The default thickness of walls, in meters.
 THICK = 0.2
 
-# The part of the room around a place by which it is off the grid.
+# The largest offset from the grid, as a fraction of the free room.
 _DISORDER = 0.8
 
-# How deep in a wall somebody must be to count as inside, in meters.
+# The depth in a wall from which a person counts as inside, in meters.
 _BUFFER = 1e-3
 
 
@@ -35,13 +33,11 @@ class Area(NamedTuple):
         """Its area, in m^2."""
         return (self.x1 - self.x0) * (self.y1 - self.y0)
 
-    def holds(self, states: Array) -> NDArray[np.bool_]:
-        """Tells which rows (..., 2 or more), from x and y on, are within."""
+    def holds(self, states: Array) -> Mask:
+        """Returns which rows (..., 2 or more) of x, y, ... are inside."""
         x, y = states[..., 0], states[..., 1]
-        result: NDArray[np.bool_] = (
-            (x >= self.x0) & (x < self.x1) & (y >= self.y0) & (y < self.y1)
-        )
-        return result
+        in_x = (x >= self.x0) & (x < self.x1)
+        return in_x & (y >= self.y0) & (y < self.y1)
 
 
 def wall(x0: float, y0: float, x1: float, y1: float) -> Box:
@@ -64,15 +60,9 @@ def gap_in_wall(
     width: float,
     thick: float = THICK,
 ) -> list[Box]:
-    """Returns a wall across x, from `x` on, with a door in it.
+    """Returns a wall from x on, from y = low to high, with a door.
 
-    Args:
-        x: Where it begins, in meters.
-        low: Its least y.
-        high: Its largest y.
-        middle: The y of the middle of the door.
-        width: The width of the door.
-        thick: How thick the wall is.
+    The door has its middle at y = `middle`. All are in meters.
     """
     return [
         wall(x, low, x + thick, middle - width / 2),
@@ -85,11 +75,8 @@ def room(
 ) -> list[Box]:
     """Returns a room from (0, 0), with a door in the middle of its right side.
 
-    Args:
-        length: Along x, in meters.
-        width: Along y, in meters.
-        door: The width of the door, in meters.
-        thick: How thick the wall with the door is, in meters.
+    The length is along x, `thick` is the thickness of the wall with the door.
+    All are in meters.
     """
     return [
         wall(-THICK, -THICK, 0, width + THICK),
@@ -101,22 +88,13 @@ def room(
 def spread(
     n: int, area: Area, generator: np.random.Generator, radius: float = 0.2
 ) -> Array:
-    """Returns places for people that are spread evenly, not quite in order.
+    """Returns n evenly distributed places for people, shape (n, 2), in meters.
 
-    Each has a cell of a grid of its own, and is off its middle by a draw. The
-    cells that are left over are drawn, too.
-
-    Args:
-        n: How many.
-        area: Where.
-        generator: What is drawn from.
-        radius: That of their bodies, which do not overlap, in meters.
-
-    Returns:
-        Shape (n, 2), in meters.
+    Each has its own cell of a grid, and a random offset from its middle. The
+    empty cells are random, too. Bodies of the given radius do not overlap.
 
     Raises:
-        ValueError: If there is no room for so many.
+        ValueError: If there is no room for n people.
     """
     if n == 0:
         return np.zeros((0, 2))
@@ -140,7 +118,7 @@ def spread(
 
 
 def samples_in_walls(walls: Sequence[Box], positions: Array) -> int:
-    """Returns how many positions (..., 2) are in a wall, by over 1 mm."""
+    """Returns the number of positions (..., 2) over 1 mm deep in a wall."""
     shrunk: list[Wall] = [
         Box(
             center=box.center,

@@ -1,4 +1,4 @@
-"""Plots of what models of human motion did in cases of the validation."""
+"""Plots of measured quantities of motion models."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,19 +21,14 @@ from hunav_drake.validation.measures import weidmann
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# What a case measured, by the name of the model.
+# The quantities of a case by the name of the model.
 Measured = Mapping[str, Mapping[str, Any]]
 
 _MARKERS = "osD^vP*X"
 
 
 def plot_speeds(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
-    """Draws the speed at each density beside Weidmann's.
-
-    Args:
-        measured: The numbers of the case `fundamental_diagram`.
-        ax: Where to draw; by default a new figure.
-    """
+    """Draws the speeds of the case `fundamental_diagram` and Weidmann's."""
     ax = new_axes(ax, 2.6)
     density = np.linspace(0.3, 3.4, 200)
     speed = weidmann(density)
@@ -59,12 +54,7 @@ def plot_speeds(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
 
 
 def plot_door_flow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
-    """Draws the flow per meter of doors against their widths.
-
-    Args:
-        measured: The numbers of the case `door_flow`.
-        ax: Where to draw; by default a new figure.
-    """
+    """Draws the specific flows of the case `door_flow` by width."""
     ax = new_axes(ax, 2.6)
     low, high = FLOW_BAND
     ax.axhspan(
@@ -82,13 +72,9 @@ def plot_door_flow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
 
 
 def plot_counterflow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
-    """Draws when the last has crossed against how many come against them.
+    """Draws the times of the case `counterflow` by the oncoming people.
 
-    A cross near the upper edge tells of people who never do.
-
-    Args:
-        measured: The numbers of the case `counterflow`.
-        ax: Where to draw; by default a new figure.
+    A cross near the upper edge shows that not all people cross.
     """
     ax = new_axes(ax, 2.6)
     _lines(ax, measured, "against", "time")
@@ -101,7 +87,7 @@ def plot_counterflow(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
 
 
 def _lines(ax: "Axes", measured: Measured, x: str, y: str) -> None:
-    """Draws a line for each model; a cross stands for what never is."""
+    """Draws a line for each model, and crosses for infinite values."""
     styles = line_styles(len(measured))
     for k, (model, numbers) in enumerate(measured.items()):
         values = np.asarray(numbers[y], dtype=float)
@@ -134,12 +120,7 @@ def lanes_height(count: int) -> float:
 
 
 def plot_lanes(measured: Measured, *, ax: "Axes | None" = None) -> "Axes":
-    """Draws people who pass each other, a strip of corridor for each model.
-
-    Args:
-        measured: The numbers of the case `lanes`.
-        ax: Where to draw; by default a new figure.
-    """
+    """Draws the people of the case `lanes`, a corridor for each model."""
     ax = new_axes(ax, lanes_height(len(measured)))
     for k, (model, numbers) in enumerate(measured.items()):
         _corridor(ax, model, numbers, -5.0 * k)
@@ -189,9 +170,9 @@ class ValidationPlot(NamedTuple):
 
     Attributes:
         case: The name of the case.
-        draw: Takes what was measured, and the axes to draw on.
-        caption: What is to be seen.
-        height: That of the figure for a number of models, in inches.
+        draw: Draws the quantities by model on given axes.
+        caption: The caption.
+        height: The height of the figure for a number of models, in inches.
         layout: The layout of Matplotlib.
     """
 
@@ -206,25 +187,24 @@ PLOTS = (
     ValidationPlot(
         "fundamental_diagram",
         plot_speeds,
-        "Mean speed of people who prefer N(1.34, 0.26) m/s, against their"
+        "Mean speed of people with desired speeds of N(1.34, 0.26) m/s by"
         " density, and that of Weidmann 1993.",
     ),
     ValidationPlot(
         "door_flow",
         plot_door_flow,
-        "Flow of people per meter of a door, against its width, and what was"
-        " measured in people.",
+        "Specific flow of doors by width, and the range measured with people.",
     ),
     ValidationPlot(
         "counterflow",
         plot_counterflow,
-        "When the last of a crowd has crossed a corridor, against how many come"
-        " against them. A cross: not all do.",
+        "Time at which the last person has crossed a corridor, by the number of"
+        " oncoming people. A cross: not all cross.",
     ),
     ValidationPlot(
         "lanes",
         plot_lanes,
-        "Two crowds in the middle of passing each other, and the order of their"
+        "Two crowds that pass each other, at half time, and the order of their"
         " lanes over the whole time.",
         lanes_height,
         "compressed",

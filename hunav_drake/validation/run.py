@@ -1,4 +1,4 @@
-"""Runs cases for models, in one process or several."""
+"""Measures cases for models, in one or several processes."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
@@ -51,18 +51,18 @@ def run_cases(
 ) -> list[Outcome]:
     """Measures each case with each setting.
 
-    What comes out does not depend on how many processes do it.
+    The result does not depend on the number of processes.
 
     Args:
         cases: The names of cases.
         settings: The models, with seed and size.
-        workers: How many processes to use; 1 for this one alone.
+        workers: The number of processes; with 1, only this process.
         imports: Modules and files that each other process imports first, as
             with `--import`.
         progress: Called with each outcome, in order.
 
     Returns:
-        Case by case, the outcome of each setting.
+        The outcomes of all settings, case by case.
     """
     tasks = [(case, setting) for case in cases for setting in settings]
     outcomes = []

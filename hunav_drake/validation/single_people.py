@@ -1,16 +1,15 @@
-"""Cases of people who walk alone."""
+"""Cases of single people."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.validation.case import Case, Numbers, Setting, case
 from hunav_drake.validation.places import Area, corridor, room, spread
 from hunav_drake.validation.walkers import SPEED, Walkers
 
-Array = NDArray[np.float64]
-
-# How far somebody must be to have set out, in meters.
+# The distance from which a person has set out, in meters.
 _OUT = 0.5
 
 # The walking speeds of adults, in m/s: under 30 years, 30 to 50, above 50, and
@@ -21,14 +20,14 @@ _STAIRS = "the world is a plane: there are no stairs"
 
 
 def _hold_back(walkers: Walkers, own_times: ArrayLike) -> None:
-    """Lets people stand until their own times, (n,) in seconds."""
+    """Keeps people standing until their own times, (n,) in seconds."""
     walkers.command[:, Command.HAS_GOAL] = walkers.time >= np.asarray(own_times)
 
 
 @case(
     "RiMEA 1",
-    question="Does one person, who waits 1 s and prefers 1.33 m/s, take the"
-    " right time for 40 m of a corridor 2 m wide?",
+    question="Does one person, with a reaction time of 1 s and a desired speed"
+    " of 1.33 m/s, take the right time for 40 m of a corridor 2 m wide?",
     expected="26 to 34 s",
     accepts=lambda it: 26 <= it["time"] <= 34,
     shown="{time:.1f} s",
@@ -61,14 +60,14 @@ def kept_speed(setting: Setting) -> Numbers:
 
 @case(
     "RiMEA 5, NIST 1.1, ISO 1",
-    question="Do 10 people in a room of 8 x 5 m, one after the other, set out"
-    " at their own times, drawn from 10 to 100 s, and does nobody move before?",
+    question="Do 10 people in a room of 8 x 5 m set out at their own times,"
+    " drawn from 10 to 100 s, and does nobody move before?",
     expected="all within 1 s of their times, and all leave",
     accepts=lambda it: it["error"] <= 1 and it["left"] == 10,
     shown="at most {error:.2f} s off, {left:.0f} of 10 leave",
 )
 def own_times(setting: Setting) -> Numbers:
-    """Measures when people set out who wait for different times."""
+    """Measures when people with different waiting times set out."""
     generator = setting.generator("own times")
     latest = 20.0 if setting.quick else 100.0
     own = generator.uniform(latest / 10, latest, 10)
@@ -81,14 +80,14 @@ def own_times(setting: Setting) -> Numbers:
     )
     moved = walk.states[..., :2] - starts
     out = walk.first_time(np.hypot(moved[..., 0], moved[..., 1]) > _OUT)
-    # Half a meter takes a moment; who starts pays another 0.1 s or so.
+    # Minus the time for the distance; acceleration takes about 0.1 s more.
     error = abs(out - own - _OUT / SPEED).max()
     left = np.isfinite(walk.first_time(walk.x > 8.2)).sum()
     return {"error": float(error), "left": float(left)}
 
 
 def _side_by_side(setting: Setting, speeds: Array) -> Array:
-    """Returns how fast people walk through a hall, 1 m from each other."""
+    """Returns the speeds of people in a hall, 1 m from each other."""
     starts = np.stack([np.zeros(len(speeds)), np.arange(len(speeds))], axis=1)
     length = 20.0 if setting.quick else 80.0
     walkers = Walkers(
@@ -96,8 +95,7 @@ def _side_by_side(setting: Setting, speeds: Array) -> Array:
     )
     walk = walkers.walk((length + 10) / speeds.min())
     taken = walk.time_between(walk.x >= 5, walk.x >= 5 + length)
-    walked: Array = length / taken
-    return walked
+    return length / taken
 
 
 @case(
@@ -111,9 +109,9 @@ def _side_by_side(setting: Setting, speeds: Array) -> Array:
     shown="mean {mean:.3f}, deviation {deviation:.3f} m/s",
 )
 def population_speeds(setting: Setting) -> Numbers:
-    """Measures how fast people of different speeds walk."""
+    """Measures the distribution of speeds."""
     drawn = setting.generator("population").normal(1.2, 0.2, 100)
-    # Without those who cannot walk, as a normal distribution may have them.
+    # A normal distribution has speeds near zero and below: without these.
     speeds = _side_by_side(setting, np.clip(drawn, 0.3, None))
     return {"mean": float(speeds.mean()), "deviation": float(speeds.std())}
 
@@ -121,13 +119,13 @@ def population_speeds(setting: Setting) -> Numbers:
 @case(
     "RiMEA 7",
     question="Do 50 adults of four kinds, under 30 years, 30 to 50, above 50,"
-    " and with difficulties in walking, keep to the speeds of their kind?",
-    expected="nobody beyond the band of the kind by over 0.05 m/s",
+    " and with walking difficulties, keep the speeds of their kind?",
+    expected="nobody is beyond the range of the kind by over 0.05 m/s",
     accepts=lambda it: it["beyond"] <= 0.05,
     shown="at most {beyond:.3f} m/s beyond",
 )
 def speeds_by_age(setting: Setting) -> Numbers:
-    """Measures how far speeds of people are out of the bands of their ages."""
+    """Measures how far speeds are outside of the ranges of their ages."""
     low, high = np.array(_BANDS)[np.arange(50) % len(_BANDS)].T
     drawn = setting.generator("ages").uniform(low, high)
     speeds = _side_by_side(setting, drawn)
@@ -141,8 +139,8 @@ CASES = (
     Case(
         "stairs",
         "RiMEA 2, 3 and 13, NIST 2.2, ISO 3 and 12",
-        question="Do people walk slower on stairs, and more at once on wide"
-        " ones?",
+        question="Do people walk slower on stairs, and more people at once on"
+        " wide ones?",
         expected="the speed of the stairs, within 0.05 m/s",
         reason=_STAIRS,
     ),

@@ -17,12 +17,12 @@ _WIDTH = 80
 
 
 def models_of(outcomes: Iterable[Outcome]) -> list[str]:
-    """Returns the models that outcomes are of, in order."""
+    """Returns the models of outcomes, in order."""
     return list(dict.fromkeys(outcome.model for outcome in outcomes))
 
 
 def told(outcome: Outcome) -> str:
-    """Returns what came out, as text: the numbers, or the reason."""
+    """Returns the quantities or the reason of an outcome, as text."""
     return outcome.measured or outcome.reason
 
 
@@ -57,7 +57,7 @@ def _wrapped(text: str, first: str, rest: str) -> list[str]:
 
 
 def counts(outcomes: Iterable[Outcome], model: str) -> dict[str, int]:
-    """Returns how many outcomes of a model have each verdict."""
+    """Returns the number of outcomes of a model by verdict."""
     own = [outcome.verdict for outcome in outcomes if outcome.model == model]
     return {verdict: own.count(verdict) for verdict in VERDICTS}
 
@@ -70,22 +70,18 @@ def _summary(outcomes: Sequence[Outcome], model: str, width: int) -> str:
 
 def outcomes_csv(outcomes: Iterable[Outcome]) -> str:
     """Returns a table with a row for each case and model."""
-    head = ["case", "standards", "question", "expected"]
-    head += ["model", "verdict", "measured", "reason"]
-    rows = [
-        [
-            *(outcome.case, CASES[outcome.case].standards),
-            *(CASES[outcome.case].question, CASES[outcome.case].expected),
-            *(outcome.model, outcome.verdict),
-            *(outcome.measured, outcome.reason),
-        ]
-        for outcome in outcomes
-    ]
-    return _csv([head, *rows])
+    of_case = ["standards", "question", "expected"]
+    of_outcome = ["model", "verdict", "measured", "reason"]
+    rows = [["case", *of_case, *of_outcome]]
+    for it in outcomes:
+        case = CASES[it.case]
+        cells = [getattr(case, key) for key in of_case]
+        rows.append([it.case, *cells, *(getattr(it, k) for k in of_outcome)])
+    return _csv(rows)
 
 
 def numbers_csv(outcomes: Iterable[Outcome]) -> str:
-    """Returns a table with a row for each number that was measured."""
+    """Returns a table with a row for each measured number."""
     rows: list[list[Any]] = [["case", "model", "quantity", "index", "value"]]
     for outcome in outcomes:
         for name, values in outcome.numbers.items():
@@ -103,7 +99,7 @@ def _csv(rows: Iterable[Iterable[Any]]) -> str:
 
 
 def outcomes_json(outcomes: Iterable[Outcome]) -> str:
-    """Returns outcomes as JSON; what is infinite is null."""
+    """Returns outcomes as JSON, with null for infinite numbers."""
     rows = [
         {
             "case": outcome.case,

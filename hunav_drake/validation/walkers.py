@@ -1,12 +1,13 @@
-"""People of one motion model, walked step by step through a Context."""
+"""People of one motion model, simulated step by step in a Context."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.systems.analysis import Simulator
 
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     STATE_SIZE,
@@ -21,27 +22,24 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.shapes import Box, World
 from hunav_drake.validation.case import Setting
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
-# Of all cases that name no others: in seconds, m and m/s.
+# The defaults of all cases, in s, m and m/s.
 TIME_STEP = 0.05
 RADIUS = 0.2
 SPEED = 1.34
 
-# Where those are put who have left: nobody meets anybody there, in meters.
+# The places of people who have left, far from each other, in meters.
 _AWAY = 500.0
 _APART = 5.0
 
 
 class Walk(NamedTuple):
-    """Where people were.
+    """The states of people over time.
 
     Attributes:
         times: Shape (k,), in seconds.
         states: Shape (k, n, 7): rows of `human_states`.
-        present: Shape (k, n): who had not left yet. Rows of others say
-            nothing.
+        present: Shape (k, n): whether a person has not left. Other rows have
+            no meaning.
     """
 
     times: Array
@@ -59,25 +57,18 @@ class Walk(NamedTuple):
         return self.states[..., Y]
 
     def first_time(self, reached: Mask) -> Array:
-        """Returns when each person first is where `reached` (k, n) tells.
+        """Returns the first times at which `reached` (k, n) is true.
 
-        Returns:
-            Shape (n,), in seconds; infinite for who never is.
+        The shape is (n,), in seconds; infinite for people without one.
         """
         reached = reached & self.present
         first = self.times[np.argmax(reached, axis=0)]
-        times: Array = np.where(reached.any(axis=0), first, np.inf)
-        return times
+        return np.where(reached.any(axis=0), first, np.inf)
 
     def time_between(self, begun: Mask, done: Mask) -> Array:
-        """Returns how long it takes each person from one event to another.
+        """Returns the times between two events (k, n): see `first_time`.
 
-        Args:
-            begun: Shape (k, n): see `first_time`.
-            done: Shape (k, n), the later event.
-
-        Returns:
-            Shape (n,), in seconds; infinite for whom one does not happen.
+        The shape is (n,), in seconds; infinite for people without an event.
         """
         first, last = self.first_time(begun), self.first_time(done)
         happen = np.isfinite(first) & np.isfinite(last)
@@ -86,21 +77,17 @@ class Walk(NamedTuple):
         return times
 
     def velocities(self) -> Array:
-        """Returns the velocities from step to step, shape (k - 1, n, 2).
-
-        They are those of the positions, whatever the states tell, in m/s.
-        """
+        """Returns velocities from positions, shape (k - 1, n, 2), in m/s."""
         moved = np.diff(self.states[..., :2], axis=0)
         both = self.present[1:] & self.present[:-1]
-        result: Array = np.where(both[..., None], moved / TIME_STEP, 0.0)
-        return result
+        return np.where(both[..., None], moved / TIME_STEP, 0.0)
 
 
 class Walkers:
-    """People who walk to goals, by the motion model of a setting.
+    """People who walk to goals by the motion model of a setting.
 
-    Their whole state is the Context of a `HumanCrowd`. Their wishes are the
-    rows of `command`, which may be changed between steps.
+    Their whole state is the Context of a `HumanCrowd`. The rows of `command`
+    may be changed between steps.
 
     Attributes:
         command: Shape (n, COMMAND_SIZE): see `layout.Command`.
@@ -117,16 +104,16 @@ class Walkers:
         radii: ArrayLike = RADIUS,
         groups: ArrayLike = -1,
     ) -> None:
-        """Constructs walkers who look towards their goals.
+        """Constructs walkers who face their goals.
 
         Args:
-            setting: The model, and more.
+            setting: The model and the options.
             starts: Shape (n, 2), in meters.
             goals: Shape (n, 2), or (2,) for one goal of all, in meters.
             walls: The walls.
-            speeds: The speed that each prefers, in m/s.
-            radii: The radius of each body, in meters.
-            groups: The group of each; -1 for none.
+            speeds: The desired speeds, in m/s.
+            radii: The radii of bodies, in meters.
+            groups: The numbers of groups; -1 for none.
         """
         p = np.asarray(starts, dtype=float).reshape(-1, 2)
         n = len(p)
@@ -177,11 +164,11 @@ class Walkers:
         return self._steps * TIME_STEP
 
     def set_states(self, states: Array) -> None:
-        """Puts people elsewhere: shape (n, 7), rows of `human_states`."""
+        """Sets the states of people, shape (n, 7), rows of `human_states`."""
         self._crowd.SetStates(self._simulator.get_mutable_context(), states)
 
     def send_away(self, who: Mask) -> None:
-        """Lets people leave: from now on they are far off, and at rest."""
+        """Removes people: from now on they are far away and at rest."""
         rows = np.flatnonzero(who & self._here)
         if len(rows) == 0:
             return
@@ -195,11 +182,11 @@ class Walkers:
         self._here[rows] = False
 
     def step(self) -> None:
-        """Lets everybody move for one time step."""
+        """Moves all people by one time step."""
         self._crowd.get_commands_input_port().FixValue(
             self._simulator.get_mutable_context(), self.command.ravel()
         )
-        # In the middle of a step, so that rounding skips no update.
+        # To the middle of a step, so that rounding skips no update.
         self._simulator.AdvanceTo((self._steps + 0.5) * TIME_STEP)
         self._steps += 1
 
@@ -211,13 +198,13 @@ class Walkers:
         each: Callable[["Walkers"], None] | None = None,
         patience: float = np.inf,
     ) -> Walk:
-        """Lets everybody walk for some time, or until all have left.
+        """Moves all people for some time, or until all have left.
 
         Args:
-            seconds: At most for how long.
-            leave: Tells of rows (n, 7) of `human_states` who leaves.
-            each: Called before each step; it may change wishes.
-            patience: It is over, too, if nobody leaves for so long, in
+            seconds: The largest duration, in seconds.
+            leave: Returns for rows (n, 7) of `human_states` who leaves.
+            each: Called before each step; it may change commands.
+            patience: The time without a departure that ends the walk, in
                 seconds.
         """
         times, states, present = [], [], []

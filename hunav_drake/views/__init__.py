@@ -1,1 +1,1 @@
-"""What one sees of trials: replays with controls, live views, and films."""
+"""Views of trials: replays with controls, live views, and films."""

@@ -1,4 +1,4 @@
-"""Where the camera of a film is, and where points are in its picture."""
+"""The camera of a film: its pose, and its projection."""
 
 from dataclasses import dataclass
 import math
@@ -18,7 +18,7 @@ from hunav_drake.views.replay import FIELD_OF_VIEW, camera_pose
 View = Literal["perspective", "top", "follow", "plot"]
 VIEWS: tuple[View, ...] = get_args(View)
 
-# How far the camera is from the robot that it follows, in meters.
+# The distance of the camera from the robot that it follows, in meters.
 FOLLOW_DISTANCE = 11.0
 
 
@@ -40,14 +40,11 @@ class Camera:
         return self.size[1] / 2 / math.tan(FIELD_OF_VIEW / 2)
 
     def Project(self, points: Array) -> tuple[Array, Array]:
-        """Returns where points are in the picture.
-
-        Args:
-            points: Shape (k, 3), in W, in meters.
+        """Projects points of shape (k, 3) in W, in meters, to the picture.
 
         Returns:
-            Shape (k, 2), to the right and down, in pixels; and (k,), how far
-            ahead they are, in meters. What is behind is NaN.
+            Pixels, shape (k, 2), to the right and down, NaN for points behind
+            the camera; and depths, shape (k,), in meters.
         """
         p_CQ = (self.X_WC.inverse() @ np.asarray(points, dtype=float).T).T
         depth = p_CQ[:, 2]
@@ -57,9 +54,9 @@ class Camera:
         return middle + p_CQ[:, :2] * scale[:, None], depth
 
     def FloorDepth(self) -> Array:
-        """Returns how far ahead the floor is in each pixel, (height, width).
+        """Returns the depth of the floor in each pixel, (height, width), in m.
 
-        Infinite where it is not seen.
+        It is infinite where the floor is not visible.
         """
         w, h = self.size
         f = self.focal_length
@@ -84,7 +81,7 @@ def top_camera(bounds: Bounds, size: tuple[int, int]) -> Camera:
     axes = [right, -ahead, np.array([0.0, 0.0, -1.0])]
     longer, shorter = max(bounds.size), min(bounds.size)
     half = max(longer / 2 * size[1] / size[0], shorter / 2)
-    # Heads, nearer to the camera, are to be in the picture as well.
+    # Heads, closer to the camera, must be in the picture, too.
     height = 1.05 * half / math.tan(FIELD_OF_VIEW / 2) + 1.0
     return Camera(_posed(np.column_stack(axes), [*bounds.center, height]), size)
 
@@ -92,13 +89,7 @@ def top_camera(bounds: Bounds, size: tuple[int, int]) -> Camera:
 def follow_camera(
     bounds: Bounds, robot: Array, size: tuple[int, int]
 ) -> Camera:
-    """Returns the camera that looks at the robot as the overview does.
-
-    Args:
-        bounds: What the overview sees.
-        robot: The state of the robot.
-        size: Of the picture, in pixels.
-    """
+    """Returns a camera at the robot, in the direction of the overview."""
     R_WC = _optical(bounds)
     target = np.array([robot[0], robot[1], 0.4])
     return Camera(_posed(R_WC, target - FOLLOW_DISTANCE * R_WC[:, 2]), size)

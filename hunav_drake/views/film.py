@@ -19,25 +19,25 @@ from hunav_drake.views.film_files import (
 )
 from hunav_drake.views.recorded_trial import LoadRecordedTrial, RecordedTrial
 
-# The sizes of pictures that can be drawn, in pixels.
+# The limits of the size of pictures, in pixels.
 _SMALLEST, _LARGEST = 64, 7680
 
 
 @dataclass(frozen=True, kw_only=True)
 class FilmConfig:
-    """How a recorded trial is filmed.
+    """The options of a film of a recorded trial.
 
     Attributes:
-        view: "perspective" (all that happens, at an angle), "top" (from
+        view: "perspective" (the whole scene, at an angle), "top" (from
             above), "follow" (the robot), or "plot" (a drawing from above).
         size: Width and height, in pixels.
         fps: Pictures per second of the film.
-        speed: How many times as fast as it happened.
+        speed: The ratio of recorded time to time in the film.
         start: The time of the first picture, on the clock of the recording,
             in seconds; None for the beginning.
-        end: That of the last; None for the end.
-        overlays: What is drawn besides; None for what the scenario says.
-        shadows: Whether figures throw shadows, which takes longer.
+        end: That of the last picture; None for the end.
+        overlays: The overlays; None for those of the scenario.
+        shadows: Whether figures cast shadows, which takes longer.
     """
 
     view: View = "perspective"
@@ -61,11 +61,11 @@ def RenderFilm(
 
     Args:
         run: See `LoadRecordedTrial`.
-        filename: The film, which ends in .mp4 or .gif; or a .png of one
-            instant, that of `config.start`.
-        config: How it is filmed.
-        progress: Called after each picture with their number and the number
-            of all.
+        filename: The film, a .mp4 or .gif file; or a .png picture of the time
+            `config.start`.
+        config: The options of the film.
+        progress: Called after each picture with the number of pictures so far
+            and the total number.
 
     Returns:
         The absolute path of the film.
@@ -74,14 +74,14 @@ def RenderFilm(
         OSError: If there is no recording, or if the film cannot be written.
         ValueError: If the recording cannot be read, if a value of the
             configuration is out of its range, if a mesh of a model cannot be
-            shown, or if the film cannot be of the kind that its name tells.
+            rendered, or if a film of the file's type cannot be written.
     """
     config = config or FilmConfig()
     path = Path(filename).resolve()
     check_film_file(path, config.size)
     _check_numbers(config)
     trial = LoadRecordedTrial(Path(run))
-    # A drawing shows outlines.
+    # A drawing shows only outlines.
     unseen = find_unseen(trial.world, trial.robot)
     for loc, fault in () if config.view == "plot" else unseen:
         raise ValueError(
@@ -144,15 +144,10 @@ def _times(
             "the time of the last picture must not be before the first, got"
             f" {end:g} s and {start:g} s"
         )
-    return frame_times(start, end, _step(config, suffix))
-
-
-def _step(config: FilmConfig, suffix: str) -> float:
-    """Returns the time between pictures, on the clock of the recording."""
     period = 1.0 / config.fps
     if suffix == ".gif":
         period = gif_period(config.fps) / 1000.0
-    return config.speed * period
+    return frame_times(start, end, config.speed * period)
 
 
 def _pictures(

@@ -16,22 +16,22 @@ from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
 
 SUFFIXES = (".gif", ".mp4", ".png")
 
-# The colors of a GIF, 256 at most: so many of frames among its first ones, and
-# each color of shirts and signs as bright as this.
+# The colors of a GIF, at most 256: their number from samples of its first
+# frames, and the shades of each color of shirts and signs.
 _COLORS = 200
 _SHADES = (1.0, 0.6)
 _FIRST_FRAMES, _SAMPLES = 64, 8
 
-# The quality of a film: less is better, and larger.
+# The quality of a film: lower values give better and larger files.
 _RATE_FACTOR = "21"
 
 
 def check_film_file(path: Path, size: tuple[int, int]) -> None:
-    """Checks, before anything is drawn, that a film can be written.
+    """Checks that a film can be written, before pictures are drawn.
 
     Raises:
-        ValueError: If the suffix is not known, if what writes it is not
-            installed, or if the size does not fit.
+        ValueError: If the suffix is unknown, if its writer is not installed,
+            or if the size is not possible.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -55,14 +55,9 @@ def check_film_file(path: Path, size: tuple[int, int]) -> None:
 
 
 def write_film(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """Writes pictures of one size to a film; the last of them to a .png.
+    """Writes pictures of one size to a film; only the last one to a .png.
 
-    The file appears as a whole or not at all.
-
-    Args:
-        path: See `check_film_file`.
-        pictures: In their order; they are used up one by one.
-        fps: How many are shown per second.
+    The file is written atomically. `fps` is in pictures per second.
 
     Raises:
         OSError: If the file cannot be written.
@@ -73,7 +68,7 @@ def write_film(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 
 
 def gif_period(fps: float) -> int:
-    """Returns the time of a frame of a GIF in ms, which counts in 10 ms."""
+    """Returns the time of a frame of a GIF in ms, a multiple of 10 ms."""
     return max(10 * round(100 / fps), 20)
 
 
@@ -108,15 +103,15 @@ def _write_gif(
 
 
 def _palette(pictures: list[Image.Image]) -> Image.Image:
-    """Returns the colors of all frames: those of some, and of all people.
+    """Returns the palette of all frames: colors of samples and of all people.
 
-    One palette for all keeps still what does not move.
+    With one palette, objects at rest do not flicker.
     """
     thin = [
         np.asarray(picture)[::3, ::3].reshape(-1, 3) for picture in pictures
     ]
     colors, counts = np.unique(np.concatenate(thin), axis=0, return_counts=True)
-    # The floor is most of a picture, and must not take most colors.
+    # The floor covers most of a picture, but must not take most colors.
     weighed = np.repeat(colors, np.ceil(counts**0.4).astype(int), axis=0)
     board = Image.fromarray(weighed[None])
     own = board.quantize(_COLORS, method=Image.Quantize.MEDIANCUT)
@@ -151,6 +146,6 @@ def _write_mp4(
 
 
 def frame_times(start: float, end: float, step: float) -> list[float]:
-    """Returns the times of frames, from the first to at most the last, in s."""
+    """Returns the times of frames from start to at most end, in s."""
     count = math.floor((end - start) / step + 1e-6) + 1
     return [start + k * step for k in range(count)]

@@ -28,14 +28,14 @@ from hunav_drake.systems.world.solids import turned
 from hunav_drake.views.film_scene import Shot
 from hunav_drake.views.recorded_trial import RecordedTrial
 
-# Marks on the floor are drawn so many times as large, for smooth edges.
+# The scale at which marks on the floor are drawn, for smooth edges.
 _FINER = 2
 
 # The steps of a walked path, in seconds, and its width, in meters.
 _WALKED_STEP = 0.2
 _WALKED_WIDTH = 0.07
 
-# Letters of tags and clock, by the height of the picture.
+# The heights of letters of tags and clock, relative to that of the picture.
 _TAG_LETTERS, _CLOCK_LETTERS = 0.026, 0.04
 _SMALLEST_LETTERS = 11
 
@@ -46,12 +46,7 @@ class FilmOverlays:
     def __init__(
         self, trial: RecordedTrial, overlays: Sequence[Overlay]
     ) -> None:
-        """Constructs a FilmOverlays.
-
-        Args:
-            trial: The trial that the pictures are of.
-            overlays: What is drawn; what is not recorded is left out.
-        """
+        """Takes a trial and its overlays; those not recorded are ignored."""
         self._trial = trial
         self._shown = frozenset(overlays)
 
@@ -140,7 +135,7 @@ class FilmOverlays:
         letters = max(round(_TAG_LETTERS * picture.height), _SMALLEST_LETTERS)
         speed = np.hypot(humans[:, VX], humans[:, VY])
         taken: list[tuple[int, int, int, int]] = []
-        # Who is near has the first choice.
+        # The tag of the nearest person is placed first.
         for i in np.argsort(depth):
             if not np.isfinite(pixels[i]).all():
                 continue
@@ -155,7 +150,7 @@ class FilmOverlays:
             tag = tag_picture(text, sign, letters)
             x, y = pixels[i]
             left, top = round(x - tag.width / 2), round(y - tag.height)
-            # Above those in the way.
+            # Above the tags in the way.
             for box in sorted(taken, key=lambda box: -box[1]):
                 if (
                     left < box[2]
@@ -169,7 +164,7 @@ class FilmOverlays:
 
 
 class _FloorLayer:
-    """What is drawn on the floor, behind whatever stands on it."""
+    """The layer of marks on the floor, behind all objects on it."""
 
     def __init__(self, shot: Shot) -> None:
         self._shot = shot
@@ -182,13 +177,13 @@ class _FloorLayer:
         pixels, _ = self._shot.camera.Project(points)
         if not np.isfinite(pixels).all():
             return []
-        # Pillow counts with 32 bits; beyond the picture all is one.
+        # Pillow uses 32 bits; the exact place outside does not matter.
         limit = 20.0 * max(self._size)
         pixels = np.clip(_FINER * pixels, -limit, limit)
         return [(float(x), float(y)) for x, y in pixels]
 
     def _Add(self, outlines: Sequence[Array], color: Rgba) -> None:
-        """Fills an outline, but not the holes in it, the other outlines."""
+        """Fills the first outline, except for holes, the other outlines."""
         shapes = [self._Pixels(outline) for outline in outlines]
         if not all(shapes):
             return
@@ -222,7 +217,7 @@ class _FloorLayer:
         self._Add(outlines, color)
 
     def Line(self, p: Array, q: Array, width: float, color: Rgba) -> None:
-        """Draws a line between points in W, of a width in meters."""
+        """Draws a line between points in W, with a width in meters."""
         along = q - p
         length = float(np.hypot(*along))
         if not math.isfinite(length) or length < 1e-6:

@@ -1,4 +1,4 @@
-"""The scene of a recorded trial, seen by a camera without a browser."""
+"""The scene of a recorded trial, rendered without a browser."""
 
 from dataclasses import dataclass
 import math
@@ -37,18 +37,18 @@ from hunav_drake.views.replay import FIELD_OF_VIEW, LIGHT_FROM, view_bounds
 _RENDERER = "film"
 _BACKGROUND = [0.945, 0.95, 0.96]
 
-# How bright the sun is, and the light at the camera.
+# The intensities of the sun and of the light at the camera.
 _SUN, _LAMP = 0.62, 0.60
 
-# How bright the lamps to the left and the right are, and how far away, in
-# meters: so far that they spare the floor.
+# The intensity of the lamps to the left and the right, and their distance, in
+# meters: so large that they do not light the floor.
 _SIDES, _FAR = 0.28, 300.0
 
-# How long people walk before the first picture, in seconds, for their steps to
-# fit their speed.
+# The time that people walk before the first picture, in seconds, so that their
+# gait fits their speed.
 _RUN_UP = 1.0
 
-# The floor is where the depth is as far as that of the floor, in meters.
+# The tolerance of depth at which a pixel shows the floor, in meters.
 _FLOOR_SLACK = 0.03
 
 
@@ -58,8 +58,8 @@ class Shot:
 
     Attributes:
         image: Shape (height, width, 3), 8 bits.
-        floor: Shape (height, width): where the floor is seen.
-        camera: What took it.
+        floor: Shape (height, width): whether a pixel shows the floor.
+        camera: The camera.
         humans: Shape (n, 7): the states of people.
         robot: Shape (7,): the state of the robot.
         time: In seconds, on the clock of the recording.
@@ -89,19 +89,19 @@ class FilmScene:
         """Constructs a FilmScene.
 
         Args:
-            trial: What it shows.
-            view: Where the camera is.
+            trial: The trial.
+            view: The view of the camera.
             size: Width and height of a picture, in pixels.
             start: The time of the first picture, on the clock of the
                 recording, in seconds.
             step: The time between two pictures, on that clock.
-            shadows: Whether figures throw shadows.
+            shadows: Whether figures cast shadows.
         """
         self._trial = trial
         self._view = view
         self._size = size
         self._bounds = view_bounds(trial.world, trial.humans, trial.robot)
-        # Frames may be farther apart than steps of a person.
+        # Several steps per frame, if frames are too far apart for a gait.
         self._parts = max(math.ceil(step / 0.1), 1)
         self._step = step / self._parts
         self._run_up = math.ceil(_RUN_UP / self._step)
@@ -162,7 +162,7 @@ class FilmScene:
         return Shot(image, floor, camera, humans, robot, time)
 
     def _Advance(self, k: int) -> None:
-        """Goes on to the k-th step."""
+        """Advances to the k-th step."""
         humans, robot = self._trial.States(self._start + k * self._step)
         context = self._simulator.get_mutable_context()
         fix = self._diagram.GetInputPort
@@ -188,7 +188,7 @@ def _MakeRenderer(bounds: Bounds, shadows: bool) -> Any:
         intensity=_SUN,
     )
     middle = np.array([*bounds.center, 0.5])
-    # Lamps, unlike suns, throw no shadows.
+    # Lamps, unlike suns, cast no shadows.
     lamps = [
         LightParameter(
             type="point",

@@ -1,4 +1,4 @@
-"""A trial shown live: waiting for a browser, and controls in its page."""
+"""A live view of a trial: waiting for a browser, and controls in its page."""
 
 from collections.abc import Callable
 import math
@@ -25,36 +25,30 @@ _SHOW = "Show / hide: "
 
 _VIEWS = ("overview", "top", "follow")
 
-# How often it looks whether something was clicked, in seconds.
+# The period of checks for clicks, in seconds.
 _POLL = 0.05
 
-# How late the trial may be before it gives up to catch up, and how often its
-# time is told, in seconds.
+# The delay from which on the trial does not catch up with real time, and the
+# period of the clock, in seconds.
 _LATE, _CLOCK_STEP = 0.5, 0.5
 
 
 class RestartRequest(Exception):
-    """The one who watches wants the trial to begin again."""
+    """The user restarts the trial."""
 
 
 class LiveControls:
-    """Buttons and sliders in the page of a trial that runs.
+    """Buttons and sliders in the page of a running trial.
 
-    `Watch` is to be called after each step of the trial, until it returns
-    true: see `RunTrial`. It keeps pace with real time, as fast as the slider
-    says, holds the trial while it is paused, and does what the buttons say.
+    `Watch` must be called after each step of the trial until it returns true:
+    see `RunTrial`. It keeps pace with real time at the speed of the slider,
+    holds a paused trial, and handles the buttons.
     """
 
     def __init__(
         self, meshcat: Meshcat, scenario: Scenario, diagram: Diagram
     ) -> None:
-        """Constructs LiveControls, and adds the controls to the page.
-
-        Args:
-            meshcat: Where the trial is shown.
-            scenario: What happens.
-            diagram: From `MakeTrialDiagram`.
-        """
+        """Adds the controls to the page of a trial and its diagram."""
         self._meshcat = meshcat
         self._scenario = scenario
         self._robot_state = diagram.GetOutputPort("robot_state")
@@ -72,8 +66,8 @@ class LiveControls:
         meshcat.AddSlider(SPEED, 0.25, 8.0, 0.25, self._speed)
         duration = scenario.simulation.duration
         meshcat.AddSlider(CLOCK, 0.0, duration, 0.1, 0.0)
-        # The clock has a slider; a scan takes a lidar, and a costmap a planner
-        # that has one.
+        # The clock has a slider; a scan needs a lidar, and a costmap a planner
+        # with costmaps.
         missing = {"clock"}
         if not diagram.GetSubsystemByName("scene").HasInputPort("scan"):
             missing.add("scan")
@@ -84,21 +78,18 @@ class LiveControls:
         self.Restart()
 
     def Restart(self) -> None:
-        """Prepares for a trial that begins (again)."""
-        # What it draws anew is hidden as the scenario says.
+        """Prepares for a start or restart of the trial."""
+        # A restart shows the overlays of the scenario.
         shown = self._scenario.scene.overlays
         self._shown = {overlay: overlay in shown for overlay in OVERLAYS}
         self._paused = False
         self._Pace(0.0)
 
     def Watch(self, context: Context) -> bool:
-        """Returns whether the trial may go on; it waits a little if not.
-
-        Args:
-            context: The Context of the trial.
+        """Returns whether the trial may continue; waits a little if not.
 
         Raises:
-            RestartRequest: If the trial is to begin again.
+            RestartRequest: If the user restarts the trial.
         """
         seconds = context.get_time()
         self._Obey(context)
@@ -116,7 +107,7 @@ class LiveControls:
             return False
         time.sleep(max(ahead, 0.0))
         if ahead < -_LATE:
-            # Too slow for real time: no race to catch up afterwards.
+            # Too slow for real time: do not catch up afterwards.
             self._Pace(seconds)
         if round(seconds / _CLOCK_STEP) * _CLOCK_STEP != self._told:
             self._told = round(seconds / _CLOCK_STEP) * _CLOCK_STEP
@@ -126,11 +117,11 @@ class LiveControls:
         return True
 
     def _Pace(self, seconds: float) -> None:
-        """Keeps pace from a time of the trial on, which is now."""
+        """Keeps pace from now on, at a given time of the trial."""
         self._begin = (seconds, time.monotonic())
 
     def _Obey(self, context: Context) -> None:
-        """Does what the buttons say."""
+        """Handles the buttons."""
         if self._Clicked(RESTART):
             raise RestartRequest
         if self._Clicked(PAUSE):
@@ -152,7 +143,7 @@ class LiveControls:
             _, ahead = view_axes(bounds)
             p_WT = np.array([*bounds.center, 0.0])
             distance = float(np.linalg.norm(p_WC - p_WT))
-            # A hair to the side: straight down has no direction of up.
+            # Slightly to the side: straight down, "up" is undefined.
             p_WC = p_WT + distance * np.array([0.0, 0.0, 1.0]) - 0.02 * ahead
         elif view == "follow":
             robot = self._robot_state.Eval(context)
@@ -162,7 +153,7 @@ class LiveControls:
         self._meshcat.SetCameraPose(p_WC, p_WT)
 
     def _Clicked(self, button: str) -> bool:
-        """Returns whether a button was clicked since this was last asked."""
+        """Returns whether a button was clicked since the last call."""
         clicks: int = self._meshcat.GetButtonClicks(button)
         before = self._clicks.get(button, 0)
         self._clicks[button] = clicks

@@ -1,4 +1,4 @@
-"""Pictures of a recorded trial as a drawing from above."""
+"""Drawings of a recorded trial from above."""
 
 from collections.abc import Sequence
 import math
@@ -22,7 +22,7 @@ _WALKED_STEP = 0.2
 
 
 class PlanView:
-    """Draws instants of one trial from above, by Matplotlib."""
+    """Draws one trial from above with Matplotlib."""
 
     def __init__(
         self,
@@ -30,14 +30,11 @@ class PlanView:
         overlays: Sequence[Overlay],
         size: tuple[int, int],
     ) -> None:
-        """Constructs a PlanView.
+        """Takes a trial, its overlays, and the size of a picture in pixels.
 
-        Args:
-            trial: The trial.
-            overlays: What is drawn; what is not recorded is left out.
-            size: Width and height of a picture, in pixels.
+        Overlays that are not recorded are ignored.
         """
-        # Not pyplot, which keeps all figures, and asks for a screen.
+        # Not pyplot, which keeps all figures, and needs a screen.
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
@@ -46,7 +43,7 @@ class PlanView:
         figure = Figure((size[0] / _DPI, size[1] / _DPI), dpi=_DPI)
         self._canvas = FigureCanvasAgg(figure)
         self._ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        # As large as it fits, at one scale along x and y.
+        # As large as possible, with equal scales along x and y.
         bounds = view_bounds(trial.world, trial.humans, trial.robot)
         scale = max(b / s for b, s in zip(bounds.size, size, strict=True))
         self._limits = [
@@ -55,7 +52,7 @@ class PlanView:
         ]
 
     def Draw(self, time: float) -> Image.Image:
-        """Returns the picture of an instant, in seconds."""
+        """Returns the picture of a time, in seconds."""
         ax, trial = self._ax, self._trial
         ax.clear()
         ax.set_axis_off()
@@ -73,15 +70,8 @@ class PlanView:
                 self._DrawPerson(i, row, bool(reacts[i]))
         self._DrawBody(robot, ROBOT_ACCENT.rgba, zorder=6)
         if "clock" in self._shown:
-            ax.text(
-                0.015,
-                0.98,
-                f"{time:.1f} s",
-                transform=ax.transAxes,
-                va="top",
-                fontsize=13,
-                zorder=9,
-            )
+            style = {"transform": ax.transAxes, "va": "top", "fontsize": 13}
+            ax.text(0.015, 0.98, f"{time:.1f} s", zorder=9, **style)
         self._canvas.draw()
         return Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert(
             "RGB"
@@ -121,32 +111,15 @@ class PlanView:
     def _DrawPerson(self, i: int, row: np.ndarray, reacts: bool) -> None:
         from matplotlib.patches import Circle
 
-        sign = reacts and "reactions" in self._shown
-        if sign:
-            self._ax.add_patch(
-                Circle(
-                    row[[X, Y]],
-                    row[RADIUS] + 0.08,
-                    fill=False,
-                    ec=REACTION.rgba,
-                    lw=2.5,
-                    zorder=5,
-                )
-            )
+        place = row[[X, Y]]
+        if reacts and "reactions" in self._shown:
+            line = {"fill": False, "ec": REACTION.rgba, "lw": 2.5, "zorder": 5}
+            self._ax.add_patch(Circle(place, row[RADIUS] + 0.08, **line))
         self._DrawBody(row, TOPS[i % len(TOPS)].rgba, zorder=5)
         if "rings" in self._shown:
+            line = {"fill": False, "ec": "0.6", "lw": 0.8, "ls": ":"}
             for radius in PROXEMIC_RADII:
-                self._ax.add_patch(
-                    Circle(
-                        row[[X, Y]],
-                        radius,
-                        fill=False,
-                        ec="0.6",
-                        lw=0.8,
-                        ls=":",
-                        zorder=2,
-                    )
-                )
+                self._ax.add_patch(Circle(place, radius, zorder=2, **line))
         if "names" in self._shown:
             human = self._trial.humans[i]
             self._ax.annotate(
@@ -163,7 +136,7 @@ class PlanView:
     def _DrawBody(
         self, row: np.ndarray, color: Sequence[float], *, zorder: int
     ) -> None:
-        """Draws a disc, and where it is heading."""
+        """Draws a disc with its heading."""
         from matplotlib.patches import Circle
 
         place, radius = row[[X, Y]], row[RADIUS]

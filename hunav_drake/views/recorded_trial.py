@@ -1,4 +1,4 @@
-"""Trials that were recorded, with what is needed to show them again."""
+"""Recorded trials, with all that is needed to show them."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,20 +18,20 @@ from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall, World
 
-# What the files of a run are called.
+# The names of files of a run.
 RECORDING, SCENARIO = "recording.npz", "scenario.yaml"
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedTrial:
-    """A recording, and who and what is in it.
+    """A recording with its world, people and robot.
 
     Attributes:
-        recording: What happened.
-        world: The walls.
+        recording: The recording.
+        world: The world.
         humans: The people, in the order of the recording.
         robot: The robot.
-        scene: What is seen besides.
+        scene: The options of the view.
     """
 
     recording: Recording
@@ -41,7 +41,7 @@ class RecordedTrial:
     scene: SceneConfig
 
     def Reacts(self, time: float) -> Mask:
-        """Returns who reacts to the robot at an instant (s), shape (n,)."""
+        """Returns whether people react to the robot at a time (s), (n,)."""
         times, status = self.recording.times, self.recording.behavior_status
         k = int(np.searchsorted(times, time + 1e-9, side="right")) - 1
         if status is None:
@@ -54,13 +54,13 @@ class RecordedTrial:
         return float(self.recording.times[-1] - self.recording.times[0])
 
     def States(self, time: float) -> tuple[Array, Array]:
-        """Returns the states at an instant, between samples as well.
+        """Returns the states at a time, interpolated between samples.
 
         Args:
             time: In seconds, on the clock of the recording.
 
         Returns:
-            Those of the people (n, 7), NaN for who is absent then, and that of
+            The states of the people (n, 7), NaN for absent people, and that of
             the robot (7,).
         """
         times = self.recording.times
@@ -82,13 +82,13 @@ class RecordedTrial:
 
 
 def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
-    """Loads what a run has recorded.
+    """Loads the recording of a run.
 
     Args:
-        path: The folder of a run; or a folder of results that holds one run;
-            or a recording from elsewhere, of which `ReadRecording` knows the
-            kind: figures then are of the robot and the people that it tells
-            of, and walls as high as by default.
+        path: The folder of a run; a folder of results with one run; or a
+            recording of another program in a format of `ReadRecording`, with
+            the people and the robot of the recording, and default heights of
+            walls.
 
     Raises:
         OSError: If there is no recording.
@@ -184,11 +184,9 @@ def _people_of(recording: Recording) -> list[HumanConfig]:
 
 def _robot_of(recording: Recording) -> RobotConfig:
     first = recording.robot[0]
-    goal = recording.goal
+    radius = float(np.clip(first[RADIUS], 0.05, 2.0))
     return DifferentialDriveConfig(
-        start=_pose(first),
-        goal=goal,
-        radius=float(np.clip(first[RADIUS], 0.05, 2.0)),
+        start=_pose(first), goal=recording.goal, radius=radius
     )
 
 

@@ -45,30 +45,29 @@ __all__ = [
     "StartMeshcatLocal",
 ]
 
-# The camera: a long lens.
+# The field of view of the camera, that of a long lens.
 FIELD_OF_VIEW = math.radians(32.0)
 
-# The width of the window by its height, as most are; what does not fit into a
-# narrower one is cut off at the sides.
+# The usual ratio of width to height of a window; a narrower one cuts off the
+# sides.
 _ASPECT = 1.5
 
-# What is seen beside the outermost walls, people and goals, and how high
-# people and the figures' heads reach, in meters.
+# The visible margin around the outermost walls, people and goals, and the
+# height of people, in meters.
 _MARGIN = 0.3
 _HEIGHT = 1.8
 
-# What is seen around the places of people and robot, in meters.
+# The visible margin around the places of people and robot, in meters.
 _AROUND = 2.5
 
-# Where the light comes from as seen from the camera: left, behind it, above.
+# The direction of the light relative to the camera: left, behind, above.
 LIGHT_FROM = (-0.45, -0.55, 1.0)
 
 
 def StartMeshcatLocal(port: int | None = None) -> Meshcat:
     """Starts a Meshcat that only this computer can reach.
 
-    Args:
-        port: The port to listen on; None for the first free one from 7000.
+    The default port is the first free one from 7000 on.
     """
     return Meshcat(MeshcatParams(host="localhost", port=port))
 
@@ -81,16 +80,10 @@ def SetView(
     *,
     aspect: float = _ASPECT,
 ) -> None:
-    """Sets camera, light and background so that what happens is well seen.
+    """Sets camera, light and background for a good view of a trial.
 
-    The view is kept in a replay file.
-
-    Args:
-        meshcat: Where the world is shown.
-        world: The walls.
-        humans: The people.
-        robot: The robot, if there is one.
-        aspect: The width of the window by its height.
+    A replay file keeps the view. `aspect` is the ratio of width to height of
+    the window.
     """
     bounds = view_bounds(world, humans, robot)
     SetCamera(meshcat, bounds, aspect=aspect)
@@ -106,7 +99,7 @@ def SetCamera(
 ) -> None:
     """Points the camera at a rectangle of floor, from above at an angle.
 
-    The longer side of the rectangle lies along the width of the screen.
+    The longer side of the rectangle is along the width of the screen.
     """
     p_WC, p_WT = camera_pose(bounds, aspect)
     distance = float(np.linalg.norm(p_WC - p_WT))
@@ -115,7 +108,7 @@ def SetCamera(
             fov=math.degrees(FIELD_OF_VIEW),
             aspect=aspect,
             # Near and far planes close to the scene, because the depth buffer
-            # has to tell marks on the floor from the floor.
+            # must separate marks on the floor from the floor.
             near=distance / 100,
             far=distance * 20,
         )
@@ -126,8 +119,8 @@ def SetCamera(
 def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
     """Lights a rectangle of floor evenly, with shadows.
 
-    Meshcat's own lamps hang near the origin; a world may be elsewhere and
-    larger. They give way to its spot light, set so far off that it is a sun.
+    Meshcat's lamps are near the origin; a world may be elsewhere and larger.
+    They are replaced by its spot light, so far away that it acts as a sun.
     """
     center = np.array([*bounds.center, 0.0])
     reach = math.hypot(*bounds.size) / 2 + 2.0
@@ -156,8 +149,8 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
         "shadow.camera.far": distance + 2 * reach,
         "shadow.bias": -0.0005,
         "shadow.normalBias": 0.02,
-        # The lamp's target is no node of the scene that could be moved; its
-        # place is read from this matrix, in three.js' axes (y is up).
+        # The target of the lamp is not a node of the scene that could be moved;
+        # three.js reads its place from this matrix, with y up.
         "target.matrixWorld.elements.12": center[0],
         "target.matrixWorld.elements.13": center[2],
         "target.matrixWorld.elements.14": -center[1],
@@ -168,23 +161,23 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
 
 
 def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
-    """Writes what a Meshcat shows, with its recording, as one web page.
+    """Writes the scene of a Meshcat, with its recording, as one web page.
 
     The page needs neither a server nor a network. It has check boxes for the
-    overlays, views to choose, and pause, restart, speed and time. It unpacks
-    itself in any browser of the last years. It is complete or absent: an
-    interrupted write leaves what was there before.
+    overlays, a choice of views, and pause, restart, speed and time. It unpacks
+    itself in any recent browser. It is written atomically: after an
+    interruption the previous file remains.
 
     Args:
-        meshcat: What to save.
-        filename: The file to write, in a folder that exists.
+        meshcat: The Meshcat.
+        filename: The file to write, in an existing folder.
 
     Returns:
         The absolute path of the file.
     """
     path = Path(filename).resolve()
     page = with_panel(meshcat.StaticHtml())
-    # What moves is told in many words: packed, a page is a fifth as large.
+    # Motion takes much text: a compressed page is a fifth as large.
     packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
     loader = _part("packed.html")
     before, after = loader.split("PACKED_PAGE")
@@ -196,7 +189,7 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
 
 def with_panel(html: str) -> str:
     """Returns a page of Meshcat with the controls of a replay."""
-    # The last: an end of a body may be quoted in a script before.
+    # The last one: a script before may contain this tag.
     before, after = html.rsplit("</body>", 1)
     return f"{before}{_part('panel.html')}</body>{after}"
 
@@ -210,10 +203,10 @@ def view_bounds(
     humans: Sequence[HumanConfig] = (),
     robot: RobotConfig | None = None,
 ) -> Bounds:
-    """Returns what of a world is to be seen: where people and robot will be.
+    """Returns the visible part of a world: the area of people and robot.
 
-    That is where they start and go and some meters around, as far as there is
-    anything; without people and robot, everything.
+    It contains their starts and goals and a margin within the world; without
+    people and robot, it is the whole world.
     """
     whole = scene_bounds(world, humans, robot, margin=_MARGIN)
     if not humans and robot is None:
@@ -228,10 +221,10 @@ def view_bounds(
 
 
 def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
-    """Returns where the camera is and where it looks, p_WC and p_WT, in m.
+    """Returns the places of the camera and its target, p_WC and p_WT, in m.
 
-    The camera is as near as it can be with everything over the rectangle, up
-    to the height of a person, inside the picture.
+    The camera is as close as possible with everything over the rectangle, up to
+    the height of a person, in the picture.
     """
     # Camera axes in W: to the right, up in the picture, and backwards.
     right, up, back = overview_rotation(bounds).matrix().T
@@ -241,8 +234,8 @@ def camera_pose(bounds: Bounds, aspect: float = _ASPECT) -> tuple[Array, Array]:
     tan_up = math.tan(FIELD_OF_VIEW / 2)
     tan_right = aspect * tan_up
     p_WT = np.array([*bounds.center, 0.0])
-    # What is nearer looks larger: move the target along the floor until there
-    # is as much room above as below.
+    # Closer objects look larger: move the target along the floor until the room
+    # above equals that below.
     for _ in range(20):
         p_TQ = corners - p_WT
         distance = np.max(

@@ -1,4 +1,4 @@
-"""Replays of a suite, for a browser: of the first seed of each cell."""
+"""Replays of the first seed of each cell of a suite, for a browser."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
@@ -22,24 +22,23 @@ def WriteReplays(
     imports: Sequence[str] = (),
     progress: Callable[[int, int], object] = lambda done, total: None,
 ) -> list[Path]:
-    """Writes a replay of the first seed of each cell, where there is none.
+    """Writes the missing replays of the first seed of each cell.
 
-    The trial is run again, with Meshcat, which changes nothing: what its robot
-    does is compared with what the suite has measured.
+    Each trial runs again with Meshcat, which does not affect it: its metrics
+    are compared with those of the suite.
 
     Args:
-        result: What the suite has given.
+        result: The result of the suite.
         folder: The folder of the suite; replays are in its `replays`.
-        workers: How many processes write them; by default one for each
-            processor.
+        workers: The number of processes; by default, that of processors.
         imports: Modules and files that each worker imports first.
-        progress: Called with how many are written, and how many there are.
+        progress: Called with the numbers of written and of all replays.
 
     Returns:
-        The paths of those that were written now.
+        The paths of the new replays.
 
     Raises:
-        RuntimeError: If a trial does not repeat itself.
+        RuntimeError: If a trial does not repeat.
         OSError: If a file cannot be written.
     """
     seeds = {
@@ -53,15 +52,12 @@ def WriteReplays(
         and row.repetition == 0
         and row.end_reason not in FAILED
     }
-    wanted = {
-        cell.name: (
-            cell,
-            replay_path(Path(folder), cell.name, seeds[cell.name]),
-        )
+    wanted = [
+        (cell, replay_path(Path(folder), cell.name, seeds[cell.name]))
         for cell in result.cells
         if cell.name in firsts
-    }
-    missing = [it for it in wanted.values() if not it[1].is_file()]
+    ]
+    missing = [it for it in wanted if not it[1].is_file()]
     if not missing:
         return []
     workers = min(workers or os.cpu_count() or 1, len(missing))
@@ -80,7 +76,7 @@ def WriteReplays(
                 future.result()
                 progress(done, len(futures))
     except BaseException:
-        # The workers were ended, whatever they were doing.
+        # The workers were ended at any point.
         for _, path in missing:
             remove_drafts(path)
         raise
@@ -88,7 +84,7 @@ def WriteReplays(
 
 
 def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
-    """Runs a trial once more, and writes its replay."""
+    """Runs a trial again, and writes its replay."""
     import logging
 
     from hunav_drake.scenario import LoadScenario

@@ -30,7 +30,7 @@ from hunav_drake.systems.planning import (
     register_plan,
     register_planner,
 )
-from hunav_drake.trial.sensors import with_planner_lidar
+from hunav_drake.trial.blocks import with_planner_lidar
 from tests.choices import fast
 from tests.planners import NAMES, planner_override
 

@@ -260,7 +260,7 @@ sensors:
 """
     told = {(f.line, f.path): f.message for f in failure(data=text).faults}
     message = told[3, "sensors[1] ('eye').name"]
-    assert "already the name of sensors[0] ('eye'); rename" in message
+    assert "already the name of sensors[0] ('eye'); change" in message
     assert "multiple of simulation.time_step" in told[4, "sensors[2].period"]
 
 

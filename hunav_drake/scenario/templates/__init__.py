@@ -1,4 +1,4 @@
-"""Small scenarios with comments, to begin one's own with."""
+"""Small scenarios with comments, as starting points for users."""
 
 from importlib import resources
 

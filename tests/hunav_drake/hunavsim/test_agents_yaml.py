@@ -114,7 +114,7 @@ def test_what_is_not_carried_over_is_told_line_by_line(write):
     for expected in (
         "3: map: there is no cafe.yaml beside",
         "4: publish_people: has no meaning",
-        "10: ana.skin: what people look like follows",
+        "10: ana.skin: the appearance of people depends",
         "18: ana.init_pose.z: people stand on the floor",
         "26: ana.g0.h: a goal is a point",
         "28: luis.max_vel: is missing; as in HuNavSim, 1.0",

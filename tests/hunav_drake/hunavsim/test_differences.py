@@ -1,4 +1,4 @@
-"""The list of what is not as in HuNavSim is whole, and what it says holds."""
+"""The list of differences from HuNavSim is complete and correct."""
 
 import json
 from pathlib import Path

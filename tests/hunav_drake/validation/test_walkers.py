@@ -62,6 +62,5 @@ def test_one_person_has_an_endless_corridor_alone():
     corridor = EndlessCorridor(
         Setting("social_force"), np.array([[1.0, 2.0]]), 12.0, 4.0
     )
-    corridor.mean_speed(3.0)
     # Twice around.
-    assert corridor.mean_speed(20.0) == pytest.approx(1.34, abs=0.01)
+    assert corridor.mean_speed(3.0, 20.0) == pytest.approx(1.34, abs=0.01)
