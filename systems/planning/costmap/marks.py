@@ -1,4 +1,4 @@
-"""What a lidar has marked on a map, as a value in the Context."""
+"""The marks of a lidar on a map, as a value in the Context."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ _NO_MARKS.setflags(write=False)
 
 
 class Marks(NamedTuple):
-    """The cells that a lidar has hit and not seen free since.
+    """The cells that a lidar has hit and not cleared since.
 
     Attributes:
         row: The first row of their `Region`.

@@ -1,4 +1,4 @@
-"""The obstacle layer: what a lidar, or the ground truth, tells of the room."""
+"""The obstacle layer: obstacles from a lidar or from the ground truth."""
 
 import math
 
@@ -15,12 +15,12 @@ from hunav_drake.systems.world.maps.costs import FREE, Costs, Region
 
 
 def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
-    """Returns where the rays of a lidar end: shape (n, 3), (x, y, range).
+    """Returns the end points of a lidar's rays: shape (n, 3), (x, y, range).
 
-    A ray that hits nothing ends at the largest range.
+    A ray that hits nothing ends at the maximum range.
 
     Args:
-        lidar: What has measured.
+        lidar: The lidar that measured.
         scan: n distances, in meters; infinite if nothing is hit.
         robot: (x, y, yaw) of the robot, in W; more is ignored.
     """
@@ -33,7 +33,7 @@ def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
 
 
 def moved(marks: Marks, region: Region) -> Costs:
-    """Returns a copy of marks on another region: free where they were not."""
+    """Returns a copy of marks on another region; cells without marks are free."""
     result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
     rows, columns = marks.costs.shape
     up, left = region.row - marks.row, region.column - marks.column
@@ -55,12 +55,12 @@ def see(
     """Returns the marks of a region after one more scan.
 
     Args:
-        marks: Those of before, of any region of the same resolution.
-        region: Where the map is now.
-        ends: Where the rays end: see `scan_ends`.
-        sensor: Where they begin, in W.
-        ranges: Up to where rays clear, and below which ends are marked, in
-            meters.
+        marks: The previous marks, on any region of the same resolution.
+        region: The region of the map now.
+        ends: The end points of the rays: see `scan_ends`.
+        sensor: The position (x, y) of the lidar, in W.
+        ranges: The range up to which rays clear, and the range below which
+            their ends are marked, in meters.
     """
     costs = moved(marks, region)
     clear_and_mark(
@@ -71,7 +71,7 @@ def see(
 
 
 def free_disc(costs: Costs, region: Region, disc: Array) -> None:
-    """Frees the cells with their middle in a disc (x, y, radius), in place."""
+    """Frees the cells with their center in a disc (x, y, radius), in place."""
     r = region.resolution
     x, y = disc[0] - region.origin[0], disc[1] - region.origin[1]
     rows = slice(
@@ -89,12 +89,12 @@ def free_disc(costs: Costs, region: Region, disc: Array) -> None:
 
 
 def person_discs(humans: Array, robot: Array, config: ObstacleLayer) -> Array:
-    """Returns the discs (x, y, radius) of people who are marked, (n, 3).
+    """Returns the discs (x, y, radius) of the people to mark, shape (n, 3).
 
     Args:
         humans: Rows of `human_states`.
         robot: The row of the robot.
-        config: Who is seen, and as what.
+        config: The parameters of the layer.
     """
     if not config.people_in_scan or not len(humans):
         return np.zeros((0, 3))

@@ -37,13 +37,13 @@ def navigate(
     view: View,
     memory: NavigationMemory,
 ) -> Plan:
-    """Returns what a planner with maps decides in one cycle.
+    """Returns the decision of a planner with costmaps in one cycle.
 
     Args:
         planner: The parameters, and the local controller.
-        task: What does not change.
-        view: What the planner sees now.
-        memory: What the last cycle remembered.
+        task: The constant data.
+        view: The planner's current observation.
+        memory: The memory of the last cycle.
     """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     goal = tuple(view.goal.tolist())
@@ -58,7 +58,7 @@ def navigate(
         tolerance=task.goal_tolerance,
         yaw_tolerance=task.goal_yaw_tolerance,
     ):
-        # Whoever is pushed away begins anew.
+        # A robot that is pushed away starts again.
         memory = memory._replace(planned=-1, recovery=None, reason="")
         return _stop(memory, PlannerStatus.ARRIVED, "")
     if memory.failed:
@@ -95,14 +95,14 @@ def look(
     view: View,
     memory: NavigationMemory,
 ) -> NavigationMemory:
-    """Returns a memory that has seen what the local map is made from."""
+    """Returns a memory with an updated sight for the local map."""
     setup = planner.setup(task)
     last = memory.sight.cycle
     if last >= 0 and memory.cycle - last < cycles(
         setup.update_period, planner.period
     ):
         return memory
-    # What a View holds may be part of a Context, which changes.
+    # The arrays of a View may belong to a Context, which changes.
     robot, humans = view.robot.copy(), view.humans.copy()
     robot.setflags(write=False)
     humans.setflags(write=False)
@@ -118,10 +118,10 @@ def replan(
     view: View,
     memory: NavigationMemory,
 ) -> tuple[NavigationMemory, str]:
-    """Returns a memory with a new global plan, or why there is none.
+    """Returns a memory with a new global plan, or the reason for none.
 
-    It has given up if there would be none without people, either, unless that
-    is for where the robot stands.
+    The planner gives up if there is no plan without people either, unless the
+    robot's own position is the cause.
     """
     maps = planner.setup(task).maps
     marks = memory.marks
@@ -131,14 +131,14 @@ def replan(
     found = _find(planner, planner.global_map(task, view, memory), view)
     if not found.fault and found.misses == 0:
         return _planned(memory, found), ""
-    # Would it be so without people?
+    # Compare with a plan without people.
     still = maps.static_global_map(view.robot, view.goal)
     without = _find(planner, still, view)
     if found.fault:
         if not without.fault:
             return (
                 memory,
-                f"people, or what else moves, block it: {found.fault}",
+                f"people or other moving obstacles block it: {found.fault}",
             )
         start_is_free = still.cost_at(*view.robot[:2]) < INSCRIBED
         return (
@@ -150,12 +150,12 @@ def replan(
 
 
 def _goal_words(memory: NavigationMemory) -> str:
-    """Returns why a plan does not end at the goal."""
+    """Returns the reason why a plan does not end at the goal."""
     what = "people stand on"
     if not memory.covered:
         what = "an obstacle is on, or near,"
     return (
-        f"{what} the goal: the nearest place that can be reached is"
+        f"{what} the goal: the nearest reachable place is"
         f" {memory.misses:.2f} m from it"
     )
 
@@ -199,7 +199,7 @@ def _waits(
     if not memory.covered:
         memory = memory._replace(failed=True)
         return _stop(memory, PlannerStatus.FAILED, memory.reason)
-    # It waits as long as it takes; that is no failure to get on.
+    # It waits without limit; that does not count as a lack of progress.
     memory = memory._replace(near=(x, y, memory.cycle))
     return _stop(memory, PlannerStatus.BLOCKED, memory.reason)
 
@@ -210,7 +210,7 @@ def follow(
     view: View,
     memory: NavigationMemory,
 ) -> Plan:
-    """Returns the command of the local controller, if all is well."""
+    """Returns the command of the local controller, or a stop or a recovery."""
     x, y = view.robot[X], view.robot[Y]
     checker = planner.progress_checker
     near_x, near_y, since = memory.near
@@ -224,14 +224,14 @@ def follow(
             task,
             view,
             memory,
-            f"it has come no {checker.required_movement_radius:g} m in"
+            f"it has moved less than {checker.required_movement_radius:g} m in"
             f" {checker.movement_time_allowance:g} s"
             + (f"; {_goal_words(memory)}" if memory.misses else ""),
         )
     path = memory.path
     begin, end = planner.local_span(task, view, path, memory.first)
     if begin == end:
-        fault = "it is too far from its plan"
+        fault = "it is too far from its path"
         return _failing(planner, task, view, memory, fault)
     local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
     costmap = NO_MAP
@@ -269,9 +269,9 @@ def _failing(
     memory: NavigationMemory,
     fault: str,
 ) -> Plan:
-    """Returns a stop for now, and a recovery after too long without command.
+    """Returns a stop, or a recovery after too long without a command.
 
-    Before that, the local map is cleared, and it tries once more.
+    Before the recovery, the local map is cleared for one retry.
     """
     if memory.failing < 0:
         memory = memory._replace(failing=memory.cycle)

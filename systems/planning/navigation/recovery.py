@@ -1,8 +1,8 @@
-"""Recoveries: what is done when navigation fails.
+"""Recoveries: the actions when navigation fails.
 
-"clear" forgets what was marked on the maps, "spin" turns on the spot, "wait"
-waits, "back_up" drives straight back. Spinning and backing up end as soon as
-they would touch something (nav2_recoveries, nav2_behaviors).
+"clear" clears the marks on the costmaps, "spin" turns in place, "wait" waits,
+"back_up" drives straight back. Spinning and backing up end as soon as a
+collision is predicted (nav2_recoveries, nav2_behaviors).
 """
 
 import math
@@ -34,13 +34,13 @@ def begin_recovery(
     memory: NavigationMemory,
     fault: str,
 ) -> Plan:
-    """Returns the first command of a recovery, or that of who gives up.
+    """Returns the first command of a recovery, or a stop if it gives up.
 
     Args:
         planner: The parameters.
-        task: What does not change.
-        view: What the planner sees now.
-        memory: What it remembers.
+        task: The constant data.
+        view: The planner's current observation.
+        memory: The planner's memory.
         fault: Why navigation failed.
     """
     path = memory.path[memory.first :]
@@ -63,7 +63,7 @@ def begin_recovery(
     result, memory = recover(planner, task, view, memory)
     if result is not None:
         return result
-    # Nothing to do takes a cycle, too.
+    # An empty recovery takes a cycle, too.
     memory = memory._replace(recovery=Recovery((), memory.cycle, x, y, yaw))
     return Plan(0.0, 0.0, PlannerStatus.RECOVERING, memory, path, fault)
 
@@ -74,7 +74,7 @@ def recover(
     view: View,
     memory: NavigationMemory,
 ) -> tuple[Plan | None, NavigationMemory]:
-    """Returns the command of a recovery, None when it is done, and a memory."""
+    """Returns the command of a recovery, None at its end, and the new memory."""
     x, y, yaw = view.robot[: YAW + 1].tolist()
     recovery = memory.recovery
     assert recovery is not None
@@ -106,7 +106,7 @@ def _command(
     view: View,
     memory: NavigationMemory,
 ) -> tuple[float, float] | None:
-    """Returns (v, omega) of one recovery; None when it is done."""
+    """Returns (v, omega) of one recovery; None at its end."""
     recovery, config = memory.recovery, planner.recoveries
     assert recovery is not None
     at = view.robot[0], view.robot[1]
@@ -114,7 +114,7 @@ def _command(
     if kind == "wait":
         return (0.0, 0.0) if elapsed < config.wait_time - 1e-9 else None
     if memory.sight.cycle < 0:
-        # The map was cleared; it comes back in the next cycle.
+        # The map was cleared; the next cycle rebuilds it.
         return 0.0, 0.0
     costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
     footprint = planner.setup(task).footprint

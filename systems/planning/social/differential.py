@@ -1,26 +1,26 @@
-"""How a robot with two wheels follows a velocity in any direction."""
+"""Commands of a differential drive that follow a velocity in any direction."""
 
 import math
 
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
-# Which part of its turn acceleration is planned with.
+# The fraction of the turn acceleration that planning uses.
 _BRAKES = 0.5
 
 
 def brakable(
     omega: float, error: float, acceleration: float, reaction: float
 ) -> float:
-    """Returns a turn rate that can end within the angle that is left.
+    """Returns a turn rate that can stop within the remaining angle.
 
-    Faster, it would turn too far, then back, and so on.
+    A higher one would overshoot, turn back, and so on.
 
     Args:
         omega: The wanted turn rate, in rad/s.
-        error: The angle that is left, in radians.
-        acceleration: How fast the turn rate changes at most, in rad/s^2.
-        reaction: The time until another rate is in effect, in seconds.
+        error: The remaining angle, in radians.
+        acceleration: The maximum angular acceleration, in rad/s^2.
+        reaction: The time until another rate takes effect, in seconds.
     """
     most = math.sqrt(2.0 * _BRAKES * acceleration * abs(error))
     most = min(most, abs(error) / reaction)
@@ -37,16 +37,16 @@ def steer(
 ) -> tuple[float, float]:
     """Returns the command (v, omega) that follows a velocity in W.
 
-    It turns into the direction of the velocity in about `turn_time`, and
-    drives as fast as the part of the velocity that lies ahead.
+    It turns to the direction of the velocity in about `turn_time`, and drives
+    at the forward component of the velocity.
 
     Args:
-        vx: The velocity to follow, in m/s.
-        vy: The same along the other axis.
+        vx: The x component of the velocity to follow, in m/s.
+        vy: Its y component.
         yaw: The heading of the robot, in radians.
         turn_time: In seconds.
-        limits: How fast the robot turns.
-        reaction: The time until another command is in effect, in seconds.
+        limits: The limits of the robot.
+        reaction: The time until another command takes effect, in seconds.
     """
     speed = math.hypot(vx, vy)
     if speed < 1e-6:
