@@ -1,4 +1,4 @@
-"""How many people are there while a trial runs, and how they come and go."""
+"""The number of people in a trial over time, with arrivals and departures."""
 
 import numpy as np
 import pandas as pd
@@ -9,15 +9,15 @@ from hunav_drake.systems.evaluation.recording import Recording
 def count_people(recording: Recording) -> pd.DataFrame:
     """Counts the people of a recording over time.
 
-    Who comes or leaves between two samples is counted at the later one. A
-    person who does both in that time is not; `OpenCrowd` keeps people outside
-    for a second, so that periods up to that see everybody.
+    Arrivals and departures between two samples count at the later one. A person
+    who leaves and returns between them is not counted; `OpenCrowd` keeps people
+    outside for a second, so sample periods up to that count everybody.
 
     Returns:
-        A row for each sample, indexed by the time, in seconds, with the
-        columns "present", the people who are there, and "arrivals" and
-        "departures", how many have come and have left since the first sample.
-        So present = present at the first sample + arrivals - departures.
+        A row per sample, indexed by the time, in seconds, with the columns
+        "present", the number of people, and "arrivals" and "departures", their
+        numbers since the first sample. So present = present at the first sample
+        + arrivals - departures.
     """
     present = recording.features.present
     change = np.diff(present.astype(int), axis=0, prepend=present[:1])

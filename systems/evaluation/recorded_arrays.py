@@ -1,4 +1,4 @@
-"""The arrays of a recorded trial, checked."""
+"""The checked arrays of a recorded trial."""
 
 from dataclasses import dataclass, field
 import math
@@ -24,7 +24,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RecordedArrays:
-    """The fields of a `Recording`, which tells what they mean."""
+    """The fields of a `Recording`; see there."""
 
     times: Array
     robot: Array
@@ -126,7 +126,7 @@ class RecordedArrays:
             self._set(**{name: number})
 
     def _set(self, **values: Any) -> None:
-        # The way of dataclasses themselves to fill in a frozen one.
+        # As frozen dataclasses fill in their fields.
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -141,5 +141,5 @@ class RecordedArrays:
 
     @property
     def near_walls_known(self) -> bool:
-        """Whether at least the walls near to everybody are known."""
+        """Whether at least the walls near the robot and people are known."""
         return self.walls_known or self.nearest_walls is not None

@@ -18,7 +18,7 @@ _collecting: ContextVar[tuple[list[float], ...]] = ContextVar(
 
 
 class CycleTimeout(BaseException):
-    """A cycle took too long; `except Exception` in a planner does not catch it."""
+    """A cycle took too long. `except Exception` does not catch it."""
 
 
 @contextmanager

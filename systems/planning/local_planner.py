@@ -190,7 +190,7 @@ class LocalPlanner(LeafSystem):
         state.get_mutable_value()[:2] = command
 
     def DescribeMemory(self) -> list[str]:
-        """Describes what the state depends on: the planner and its parameters."""
+        """Returns what the state depends on: the planner and its parameters."""
         planner = self._planner
         parameters = ", ".join(
             f"{field.name}={getattr(planner, field.name)!r}"

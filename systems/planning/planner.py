@@ -124,8 +124,7 @@ class PlannerConfig(ABC):
 
     @abstractmethod
     def MakeSystem(self, task: PlanningTask) -> Any:
-        """Makes the planner: a LeafSystem or a Diagram with the following
-        ports.
+        """Makes the planner: a LeafSystem or a Diagram with these ports.
 
         Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius)
             of the robot, ``human_states`` such rows of the people, as far as it

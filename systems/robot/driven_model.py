@@ -1,4 +1,4 @@
-"""Models of robots with motors, in a MultibodyPlant that is simulated."""
+"""Motorized robot models in a simulated MultibodyPlant."""
 
 from dataclasses import dataclass
 import math
@@ -30,23 +30,24 @@ from hunav_drake.systems.robot.plant_model import (
 )
 from hunav_drake.systems.robot.robot_driver import MotorSpeeds
 
-# A motor of the drive holds a speed: it is a damper so strong, in N m s/rad,
-# or in N s/m if it pushes, with next to no spring, which Drake asks for.
+# A motor of the drive holds a speed: it is a damper with these gains, in N m
+# s/rad, or N s/m for linear motors, and with a negligible spring, which Drake
+# requires.
 _WHEEL_DAMPING, _PUSH_DAMPING, _TURN_DAMPING = 10.0, 1e4, 1e3
 _NO_SPRING = 1e-9
 
-# Any other motor holds the place where its joint starts, in N m/rad and
-# N m s/rad, or in N/m and N s/m.
+# Any other motor holds its joint's start position, with gains in N m/rad and N
+# m s/rad, or in N/m and N s/m.
 _HOLD = PdControllerGains(p=1e4, d=1e3)
 
 
 @dataclass(frozen=True)
 class DrivenModel:
-    """A model with motors, in a plant that is not finalized yet.
+    """A model with motors in a plant that is not finalized yet.
 
     Attributes:
         instance: The model instance.
-        base: The body that people see as the robot.
+        base: The body with the pose of the robot.
         motors: The joints of the drive, in the order of their speeds.
         signs: See `ModelFacts`.
     """
@@ -63,16 +64,16 @@ def AddDrivenModel(
     drive: DriveConfig,
     start: tuple[float, float, float],
 ) -> DrivenModel:
-    """Adds a model to a plant, with motors.
+    """Adds a model with motors to a plant.
 
     Args:
-        plant: Not finalized yet.
+        plant: A plant that is not finalized yet.
         source: The model.
-        drive: How it is driven.
-        start: The first pose (x, y, yaw) of its base, in meters and radians.
+        drive: The drive of the robot.
+        start: The start pose (x, y, yaw) of its base, in meters and radians.
 
     Raises:
-        ModelFault: If it cannot be driven so.
+        ModelFault: If the model does not fit the drive.
     """
     facts = inspect_model(source, drive)
     instance, base = AddModel(plant, source)
@@ -116,7 +117,7 @@ def _place(
     facts: ModelFacts,
     start: tuple[float, float, float],
 ) -> None:
-    """Puts a free body where the base starts at a pose."""
+    """Places a free body so that the base starts at a pose."""
     x, y, yaw = start
     X_WB = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, facts.height])
     root = plant.GetBodyByName(facts.root, instance)
@@ -129,7 +130,7 @@ def _AddStages(
     instance: ModelInstanceIndex,
     height: float,
 ) -> list[Joint]:
-    """Adds joints along x and y, and about z, between the world and a base."""
+    """Adds joints along x, along y and about z between world and base."""
     stages = [
         plant.AddRigidBody(f"{base.name()}_{axis}", instance, inertia)
         for axis, inertia in (
@@ -183,16 +184,16 @@ def _actuators(
 def make_motor_speeds(
     plant: MultibodyPlant, model: DrivenModel, drive: DriveConfig
 ) -> tuple[MotorSpeeds, list[float]]:
-    """Returns what all motors of a model are to do.
+    """Returns the commands of all motors of a model.
 
     Args:
         plant: The plant of the model, finalized.
         model: The model.
-        drive: How it is driven.
+        drive: The drive of the robot.
 
     Returns:
         The function of `RobotDriver` that gives the speeds of all motors, in
-        the order of the plant's port, and the places that they hold.
+        the order of the plant's port, and the positions that they hold.
     """
     actuators = [
         plant.get_joint_actuator(index)
@@ -211,7 +212,7 @@ def make_motor_speeds(
         fastest = drive.max_wheel_speed * radius
 
         def wheels(v: float, omega: float, yaw: float) -> list[float]:
-            """Slows both wheels alike, so that the curve stays the same."""
+            """Scales both wheels equally, which keeps the curvature."""
             rim = abs(v) + half * abs(omega)
             scale = min(1.0, fastest / rim) / radius if rim else 0.0
             speeds = [0.0] * count

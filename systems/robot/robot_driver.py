@@ -14,13 +14,13 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
-# From a speed v in m/s, a turn rate in rad/s and a heading in rad to the
-# speeds that motors hold, in the order of the motors.
+# A function from a speed v in m/s, a turn rate in rad/s and a heading in rad to
+# the speeds of the motors, in their order.
 MotorSpeeds = Callable[[float, float, float], list[float]]
 
 
 class RobotDriver(LeafSystem):
-    """Turns a velocity command into what the motors of a plant hold.
+    """Converts a velocity command to the desired state of a plant's motors.
 
     .. pydrake_system::
 
@@ -33,14 +33,13 @@ class RobotDriver(LeafSystem):
 
     Port ``velocity_command`` takes (v, omega), in m/s and rad/s, and
     ``robot_state`` the row (x, y, yaw, vx, vy, omega, radius) of the robot in
-    W, of which the heading counts. Every ``period``, speed and turn rate move
-    towards the command, no faster than the limits allow; the command itself is
-    cut to the limits. Port ``desired_state`` gives what the plant's motors are
-    to hold from then on: all places, then all speeds, in rad and rad/s, or m
-    and m/s.
+    W, of which only the heading counts. Every ``period``, speed and turn rate
+    change towards the command within the acceleration limits; the command
+    itself is clipped to the limits. Port ``desired_state`` gives the state that
+    the plant's motors hold from then on: all positions, then all speeds, in rad
+    and rad/s, or m and m/s.
 
-    The discrete state holds what the port gives; and (v, omega), in a group of
-    its own.
+    The discrete state holds the output; a second group holds (v, omega).
     """
 
     def __init__(
@@ -55,13 +54,13 @@ class RobotDriver(LeafSystem):
         """Constructs a RobotDriver that starts at rest.
 
         Args:
-            limits: How fast the robot moves.
-            motor_speeds: What the motors are to do.
-            held_places: The places that all motors hold; those of the drive,
-                which hold speeds, have no spring, so theirs do not count.
+            limits: The limits of the robot.
+            motor_speeds: The function that gives the speeds of the motors.
+            held_places: The positions that all motors hold. Motors of the drive
+                hold speeds and have no spring, so theirs do not count.
             period: The time between two updates, in seconds.
-            needs_heading: Whether ``motor_speeds`` depend on the heading;
-                without, there is no port ``robot_state``.
+            needs_heading: Whether ``motor_speeds`` depends on the heading; if
+                not, there is no port ``robot_state``.
         """
         super().__init__()
         self._limits = limits
@@ -87,7 +86,7 @@ class RobotDriver(LeafSystem):
         )
 
     def get_velocity_command_input_port(self) -> InputPort:
-        """Returns the port with the wanted speed and turn rate."""
+        """Returns the port with the commanded speed and turn rate."""
         return self._velocity_command
 
     def get_robot_state_input_port(self) -> InputPort | None:
@@ -95,7 +94,7 @@ class RobotDriver(LeafSystem):
         return self._robot_state
 
     def get_desired_state_output_port(self) -> OutputPort:
-        """Returns the port with what the motors are to hold."""
+        """Returns the port with the desired state of the motors."""
         return self._desired_state
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -123,7 +122,7 @@ class RobotDriver(LeafSystem):
             return
         yaw = 0.0
         if self._robot_state is not None:
-            # That in the middle of the step that the motors are told for.
+            # The heading in the middle of the step of this command.
             yaw = float(self._robot_state.Eval(context)[YAW])
             yaw += 1.5 * omega * period
         speeds = self._motor_speeds(v, omega, yaw)

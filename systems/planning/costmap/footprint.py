@@ -36,7 +36,7 @@ def circle_footprint(radius: float, padding: float = PADDING) -> Array:
 
 @functools.lru_cache(maxsize=32)
 def inscribed_radius(radius: float, padding: float = PADDING) -> float:
-    """Returns the minimum distance of that outline from its center, in meters."""
+    """Returns the inradius of that outline, in meters."""
     p = circle_footprint(radius, padding)
     q = np.roll(p, -1, axis=0)
     areas = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
@@ -45,7 +45,7 @@ def inscribed_radius(radius: float, padding: float = PADDING) -> float:
 
 @jit
 def _line_cost(costs, row, column, to_row, to_column):
-    """Returns the highest cost on a line of cells (Bresenham); -1 off the map."""
+    """Returns the highest cost on a line (Bresenham); -1 off the map."""
     rows, columns = costs.shape
     d_row = abs(to_row - row)
     d_column = abs(to_column - column)

@@ -33,7 +33,7 @@ def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
 
 
 def moved(marks: Marks, region: Region) -> Costs:
-    """Returns a copy of marks on another region; cells without marks are free."""
+    """Returns a copy of marks on another region; other cells are free."""
     result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
     rows, columns = marks.costs.shape
     up, left = region.row - marks.row, region.column - marks.column

@@ -57,7 +57,7 @@ _parameters_in = reads(Parameters)
 
 @jit
 def _reach(x, p):
-    """Returns the distance where a Gaussian of variance x reaches the cutoff."""
+    """Returns where a Gaussian of variance x falls to the cutoff."""
     return math.sqrt(2 * x * math.log(p.amplitude / p.cutoff))
 
 

@@ -15,8 +15,7 @@ class Trend(NamedTuple):
     only: int = 0
 
     def after(self, value: float) -> "Trend":
-        """Returns the trend after a command; a change of sign forbids the old
-        one."""
+        """Returns the trend after a command; a new sign forbids the old one."""
         sign = (value > 0) - (value < 0)
         if sign == 0:
             return self

@@ -139,7 +139,7 @@ def path_align_score(start_x, start_y, poses, path, spacing, free, p):
 
 @jit
 def path_follow_score(poses, path, free, reached, p):
-    """Returns the distance of the end from a point beyond the furthest reached."""
+    """Returns the distance from the end to a point beyond those reached."""
     last = len(path) - 1
     i = min(reached + int(p.path_follow_offset), last)
     while i < last and not free[i]:

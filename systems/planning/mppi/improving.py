@@ -37,7 +37,7 @@ _CUBE = numba.types.Array(numba.float64, 3, "C", readonly=True)
 
 @jit
 def _switches(state, goal, path, free, reached, weights, p):
-    """Returns which critics are on, shape (NUM_SCORES,), and the goal distance."""
+    """Returns which critics are on, by `Critic`, and the goal distance."""
     on = np.zeros(NUM_SCORES, dtype=np.bool_)
     for critic in range(1, _CONTROL):
         on[critic] = weights[critic] != 0
@@ -68,7 +68,7 @@ def _score(
     state, poses, velocities, goal, path, spacing, free, reached, on, to_goal,
     costs, ox, oy, resolution, polygon, humans, forces, weights, p, out,
 ):  # fmt: skip
-    """Writes the weighted scores of a rollout; returns if it is collision-free."""
+    """Writes the scores of a rollout; returns whether it is collision-free."""
     out[:] = 0.0
     if on[Critic.CONSTRAINT]:
         out[Critic.CONSTRAINT] = critics.constraint_score(velocities, p)

@@ -1,4 +1,4 @@
-"""The costmaps of a planner: fixed parts are built once, the rest from sight."""
+"""The costmaps of a planner: static parts and current observations."""
 
 import numpy as np
 

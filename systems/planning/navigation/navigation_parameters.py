@@ -1,4 +1,4 @@
-"""The parameters of planners with costmaps, and the values derived from them."""
+"""The parameters of planners with costmaps, and derived values."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -227,8 +227,7 @@ class NavigationParameters(Planner):
     def local_span(
         self, task: PlanningTask, view: View, poses: Array, first: int
     ) -> tuple[int, int]:
-        """Returns the local poses of the global plan: first index and end
-        index.
+        """Returns the local poses of the global plan: first and end index.
 
         By default, they range from the pose nearest to the robot to where the
         plan leaves the local costmap.

@@ -74,7 +74,7 @@ def recover(
     view: View,
     memory: NavigationMemory,
 ) -> tuple[Plan | None, NavigationMemory]:
-    """Returns the command of a recovery, None at its end, and the new memory."""
+    """Returns the command of a recovery (None at its end) and the memory."""
     x, y, yaw = view.robot[: YAW + 1].tolist()
     recovery = memory.recovery
     assert recovery is not None

@@ -42,7 +42,7 @@ def region_faults(
 
 
 def bounds_of(obstacles: Obstacles) -> tuple[Array, Array]:
-    """Returns the lower and upper corner of all walls; infinite without walls."""
+    """Returns the corners of all walls; infinite ones without walls."""
     points = obstacles.segments.reshape(-1, 2)
     if not len(points):
         return np.full(2, math.inf), np.full(2, -math.inf)

@@ -117,7 +117,7 @@ def _desired_force(x, y, vx, vy, gx, gy, goal_radius, speed, k):
 
 @jit
 def _social_force(i, x, y, vx, vy, k):
-    """Returns the social force of all others on agent i; agent 0 is the robot."""
+    """Returns the social force of all others on agent i (0: the robot)."""
     fx = 0.0
     fy = 0.0
     for j in range(len(x)):

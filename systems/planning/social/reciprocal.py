@@ -51,8 +51,7 @@ _parameters_in = reads(Parameters)
 
 @jit_as(float64[::1], VECTOR, REAL, REAL, MATRIX, WALLS, VECTOR)
 def avoiding_velocity(own, tx, ty, humans, table, parameters):
-    """Returns the collision-free velocity nearest to a desired one, in W, in
-    m/s.
+    """Returns the safe velocity nearest to a desired one, in W, in m/s.
 
     Args:
         own: (x, y, vx, vy) of the center of the robot's disc.

@@ -174,7 +174,7 @@ def test_a_new_goal_begins_anew():
             (6, 0, 0),
             r"there is no path from .* to the goal \(6.00, 0.00\)",
         ),
-        (walls(), (0, 0, 0), (20, 0, 0), "no way from .* to the goal"),
+        (walls(), (0, 0, 0), (20, 0, 0), "no path from .* to the goal"),
     ],
 )
 def test_a_goal_out_of_reach_is_told_at_once(obstacles, start, goal, words):
