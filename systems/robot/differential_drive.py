@@ -127,7 +127,7 @@ class DifferentialDrive(LeafSystem):
         return self._wall_contact
 
     def SetPose(self, context: Context, pose: ArrayLike) -> None:
-        """Places the robot at rest at a pose (x, y, yaw), in meters, radians."""
+        """Places the robot at rest at (x, y, yaw), in meters and radians."""
         context.SetDiscreteState(
             self._state, np.concatenate([np.asarray(pose, dtype=float), [0, 0]])
         )

@@ -38,7 +38,7 @@ YawTolerance = Annotated[StrictFloat, within(0, 10, "rad", low_open=True)]
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class RobotLimits:
-    """Limits of speed and acceleration. The defaults are those of PAL's PMB2."""
+    """Limits of a robot's motion. The defaults are those of PAL's PMB2."""
 
     max_speed: PositiveSpeed = 1.0
     """Maximum forward speed, in m/s."""

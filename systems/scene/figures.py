@@ -1,4 +1,4 @@
-"""Adds the figures of people to a SceneGraph of somebody's own."""
+"""Adds the figures of people to a user's SceneGraph."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
 
 
 class FigurePorts(NamedTuple):
-    """What `AddFigures` leaves to connect.
+    """The ports of `AddFigures` to connect.
 
     Attributes:
         human_states: Takes n rows (x, y, yaw, vx, vy, omega, radius).
@@ -40,19 +40,20 @@ def AddFigures(
 ) -> FigurePorts:
     """Adds walking figures to a SceneGraph, for its cameras and visualizers.
 
-    They have a perception and an illustration role, and none for proximity:
-    a plant in the same SceneGraph does not collide with them.
+    They have a perception and an illustration role, but no proximity role: a
+    plant in the same SceneGraph does not collide with them.
 
     Args:
-        builder: Where the SceneGraph is.
-        scene_graph: Gets the geometry, as that of a source called `name`.
+        builder: The builder with the SceneGraph.
+        scene_graph: The SceneGraph; it gets the geometry under the source
+            `name`.
         humans: The people, in the order of ``human_states``.
         time_step: The period of the states, in seconds.
-        name: What the system is called that poses the figures.
+        name: The name of the system that poses the figures.
 
     Raises:
-        ValueError: If the SceneGraph is not in the builder, or the name is
-            taken, or there are more people than labels.
+        ValueError: If the SceneGraph is not in the builder, the name is taken,
+            or there are more people than labels.
     """
     check_place(builder, scene_graph, name)
     taken = labels_taken(_all_labels(scene_graph))
@@ -106,7 +107,7 @@ def check_place(
     """Checks that figures can be added: see `AddFigures`.
 
     Raises:
-        TypeError: If the SceneGraph is none.
+        TypeError: If `scene_graph` is not a SceneGraph.
         ValueError: If it is not in the builder, or the name is taken.
     """
     check_kind("scene_graph", scene_graph, SceneGraph, "a SceneGraph")
@@ -124,7 +125,7 @@ def check_place(
 
 
 def _all_labels(scene_graph: SceneGraph) -> list[int]:
-    """Returns the labels of all geometry that cameras see."""
+    """Returns the labels of all geometry with a perception role."""
     inspector = scene_graph.model_inspector()
     labels = []
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):

@@ -1,4 +1,4 @@
-"""Records what a scene's visualizer shows, for a replay."""
+"""Records a scene's visualizer for a replay."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,13 +12,13 @@ from hunav_drake.systems.scene.overlays.viewer import MeshcatViewer
 def RecordReplay(
     visualizer: MeshcatViewer | MeshcatVisualizer, *, live: bool = False
 ) -> Iterator[None]:
-    """Records what a visualizer shows while the block runs.
+    """Records a visualizer while the block runs.
 
     Afterwards the recording is in the visualizer's Meshcat, for SaveReplay,
-    also if the block ends with an error. A recording of before is replaced.
+    also if the block raises an error. It replaces a previous recording.
 
     Args:
-        visualizer: That of a scene, `ScenePorts.visualizer`.
+        visualizer: The visualizer of a scene, `ScenePorts.visualizer`.
         live: Whether browsers show the run while it is recorded.
     """
     visualizer.DeleteRecording()
