@@ -61,13 +61,14 @@ for _alias, _who, _to_robot in (
         direction="lower",
         source=SEAN,
         aliases=[_alias],
-        definition=f""" The number of contacts with
-    people that are attributed to the {_who}.
+        definition=f"""
+            The number of contacts with people attributed to the {_who}.
 
             A contact begins where the gap to a person falls below 0.02 m, or is
             below it at the start. With n the unit vector from robot to person,
             a = v_r . n and b = -v_i . n at that sample, it is attributed to the
             robot if a > b, to the person if b > a, and to both if they are
             equal within 1e-6 m/s and positive. Series: 1 while such a contact
-            lasts, else 0. """,
+            lasts, else 0.
+            """,
     )(partial(_collisions, to_robot=_to_robot))

@@ -102,7 +102,7 @@ for _who, _other, _column in (
         direction="lower",
         source=SEAN,
         definition=f"""
-    The number of times that the {_who} ran into the {_other}.
+            The number of times that the {_who} ran into the {_other}.
 
             A contact begins where the bodies touch, or would if they were not
             kept apart, and ends when they have not touched for 0.25 s. With n

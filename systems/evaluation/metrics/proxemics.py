@@ -125,7 +125,7 @@ for _name, _low, _high, (_whom, _feature, _gap_text) in (
         direction="none" if math.isinf(_high) else "lower",
         source=PEREZ_2018 if math.isfinite(_high) else "hunav_drake",
         aliases=[_name.replace("+", "")] if "+" in _name else [],
-        definition=f"The percentage of samples with {_gap(_low, _high)} to the"
+        definition=f"The share of samples with {_gap(_low, _high)} to the"
         f" nearest {_whom}.\n\n{_gap_text} Series: 1 at such a sample, else 0.",
         reduce=reduce.share,
     )(partial(_in_band, feature=_feature, low=_low, high=_high))

@@ -10,7 +10,8 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 Series = Callable[[Recording], Array]
 
-_RATE = """ The time average of the series of {}.
+_RATE = """
+    The time average of the series of {}.
 
     integral s dt / integral dt, where the series s is linear between samples.
     Unlike the sum, it does not grow with the number of samples, and samples
