@@ -217,7 +217,8 @@ def test_waits_beside_a_goal_that_people_cover_until_they_leave():
     )
     waiting = [p for p in plans if p.status == PlannerStatus.BLOCKED]
     assert len(waiting) > 100
-    assert "people stand on the goal: the nearest reachable" in waiting[-1].reason
+    reason = waiting[-1].reason
+    assert "people stand on the goal: the nearest reachable" in reason
     assert plans[-1].status == PlannerStatus.ARRIVED
     assert np.hypot(*(poses[:500, :2] - (6.0, 0.0)).T).min() > 0.45
 
