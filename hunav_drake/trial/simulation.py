@@ -360,7 +360,7 @@ def _recording(
     """Returns what records a trial for a replay, if it is shown at all."""
     if meshcat is None:
         return nullcontext()
-    from hunav_drake.systems.scene.record_replay import RecordReplay
+    from hunav_drake.systems.scene.overlays.viewer import RecordReplay
 
     scene = diagram.GetSubsystemByName("scene")
     visualizer = scene.GetSubsystemByName("meshcat_visualizer")

@@ -1,4 +1,4 @@
-"""Metrics of a recording as pandas tables."""
+"""Metrics and people of a recording as pandas tables."""
 
 from collections.abc import Iterable
 
@@ -108,3 +108,28 @@ def evaluate_by_behavior(
 
 def _units(metrics: list[Metric]) -> dict[str, str]:
     return {m.name: m.unit for m in metrics}
+
+
+def count_people(recording: Recording) -> pd.DataFrame:
+    """Counts the people of a recording over time.
+
+    Arrivals and departures between two samples count at the later one. A person
+    who leaves and returns between them is not counted; `OpenCrowd` keeps people
+    outside for a second, so sample periods up to that count everybody.
+
+    Returns:
+        A row per sample, indexed by the time, in seconds, with the columns
+        "present", the number of people, and "arrivals" and "departures", their
+        numbers since the first sample. So present = present at the first sample
+        + arrivals - departures.
+    """
+    present = recording.features.present
+    change = np.diff(present.astype(int), axis=0, prepend=present[:1])
+    return pd.DataFrame(
+        {
+            "present": present.sum(axis=1),
+            "arrivals": (change > 0).sum(axis=1).cumsum(),
+            "departures": (change < 0).sum(axis=1).cumsum(),
+        },
+        index=pd.Index(recording.times, name="time"),
+    )

@@ -227,9 +227,6 @@ class Evaluator(LeafSystem):
         to the next step.) The goal is that of the current instant, or of the
         end of the recording.
 
-        Args:
-            context: The context of this system.
-
         Raises:
             RuntimeError: If ``robot_state`` is not connected, ``human_states``
                 is not connected although there are people, or the recording has

@@ -69,42 +69,29 @@ class RecordedArrays:
         check_numbers("behavior_status", status, whole=True)
         status = status.astype(np.int64)
         status.setflags(write=False)
-        nearest = self.nearest_walls
-        if nearest is not None:
-            nearest = checked_array(
-                "nearest_walls", nearest, (samples, n + 1, None, 2)
-            )
-            known = ~np.isnan(nearest).all(axis=-1)
-            check_numbers("nearest_walls", nearest[known])
-        told = self.told_velocities
-        if told is not None:
-            told = checked_array("told_velocities", told, (samples, n + 1, 2))
-            check_numbers("told_velocities", told[~np.isnan(told)])
-        reference = self.reference_path
-        if reference is not None:
-            reference = checked_path(reference)
-        contacts = self.contacts
-        if contacts is not None:
-            contacts = checked_array(
-                "contacts", contacts, (samples, n, CONTACT_SIZE)
-            )
-            check_numbers("contacts", contacts)
-        walls = self.wall_contact
-        if walls is not None:
-            walls = checked_array(
-                "wall_contact", walls, (samples, CONTACT_SIZE)
-            )
-            check_numbers("wall_contact", walls)
+        optional = {
+            "nearest_walls": (samples, n + 1, None, 2),
+            "told_velocities": (samples, n + 1, 2),
+            "contacts": (samples, n, CONTACT_SIZE),
+            "wall_contact": (samples, CONTACT_SIZE),
+        }
+        for name, shape in optional.items():
+            if getattr(self, name) is not None:
+                array = checked_array(name, getattr(self, name), shape)
+                given = array
+                if name == "nearest_walls":
+                    given = array[~np.isnan(array).all(axis=-1)]
+                elif name == "told_velocities":
+                    given = array[~np.isnan(array)]
+                check_numbers(name, given)
+                self._set(**{name: array})
+        if self.reference_path is not None:
+            self._set(reference_path=checked_path(self.reference_path))
         self._set(
-            contacts=contacts,
-            wall_contact=walls,
             times=times,
             robot=robot,
             humans=humans,
             behavior_status=status,
-            nearest_walls=nearest,
-            told_velocities=told,
-            reference_path=reference,
             goal=checked_goal(self.goal),
         )
         for name, default in (

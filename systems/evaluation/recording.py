@@ -99,11 +99,7 @@ class Recording(RecordedArrays):
         return EncounterFeatures(self)
 
     def compared_with(self, reference: "Recording") -> Self:
-        """Returns the same trial with the robot's path of another as reference.
-
-        Args:
-            reference: The trial with the reference path.
-        """
+        """Returns the same trial with another's robot path as reference."""
         robot = reference.robot
         path = np.column_stack([reference.times, robot[:, X], robot[:, Y]])
         return replace(self, reference_path=path)
@@ -138,11 +134,9 @@ class Recording(RecordedArrays):
         return part
 
     def with_stale_samples(self, count: int, period: float) -> Self:
-        """Returns the same trial with its last sample repeated at the end.
+        """Returns the same trial with its last sample repeated `count` times.
 
-        Args:
-            count: The number of repetitions.
-            period: The time between two of the repeated samples, in seconds.
+        `period` is the time between them, in seconds.
         """
         if count == 0:
             return self

@@ -68,14 +68,7 @@ class TrialMonitor(LeafSystem):
         stuck_distance: float = 0.5,
         time_step: float = 0.05,
     ) -> None:
-        """Constructs a TrialMonitor.
-
-        Args:
-            goal_tolerance: In meters.
-            goal_yaw_tolerance: In radians.
-            stuck_time: In seconds.
-            stuck_distance: In meters.
-            time_step: The time between two updates, in seconds.
+        """Constructs a TrialMonitor; all in SI units and radians.
 
         Raises:
             ValueError: If a tolerance is negative, or another number is not
@@ -133,9 +126,6 @@ class TrialMonitor(LeafSystem):
         Drake runs them at the start of the next step, or when
         `Simulator.AdvanceTo` is called with the current time. A simulator may
         begin just after them.
-
-        Args:
-            context: The context of this system.
         """
         (time,) = context.get_discrete_state(self._updated).value()
         return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
@@ -145,9 +135,6 @@ class TrialMonitor(LeafSystem):
 
         Between two updates, the state already belongs to the next one, so no
         trial ends there.
-
-        Args:
-            context: The context of this system.
         """
         time = context.get_time()
         return bool(time == round(time / self._time_step) * self._time_step)

@@ -40,19 +40,10 @@ def clearance_ahead(x, y, heading, radius, reach, table):
 def people_ahead(x, y, c, s, radius, margin, humans):
     """Returns the distance that a disc can move straight ahead to a person.
 
-    Args:
-        x: The center of the disc in W, in meters.
-        y: Its y.
-        c: The cosine of the direction.
-        s: The sine of it.
-        radius: The radius of the disc, in meters.
-        margin: People count up to this distance beside the disc's lane, in
-            meters.
-        humans: Shape (n, 7): rows of `human_states`.
-
-    Returns:
-        The distance, in meters: negative if the disc overlaps a person,
-        infinite if nobody is ahead.
+    The disc of a radius is at (x, y) in W and moves along (c, s), the cosine
+    and sine of its heading. People, rows of `human_states`, count up to
+    `margin` beside its lane. The distance is negative if the disc overlaps a
+    person, and infinite if nobody is ahead. All in meters.
     """
     free = math.inf
     for i in range(len(humans)):

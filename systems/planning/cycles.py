@@ -48,14 +48,9 @@ def call_cycle(
 ) -> Any:
     """Returns a planner's decision; measures and limits its time.
 
-    In the main thread, Python code that exceeds the limit is interrupted. In
-    other threads, and while compiled code runs, the limit is checked
-    afterwards.
-
-    Args:
-        plan: The planner's function.
-        arguments: Its arguments.
-        limit: The maximum wall-clock time, in seconds; None for no limit.
+    The limit is in seconds of wall-clock time. In the main thread, Python code
+    that exceeds it is interrupted. In other threads, and while compiled code
+    runs, it is checked afterwards.
 
     Raises:
         CycleTimeout: If it takes longer.

@@ -173,19 +173,11 @@ class LocalPlanner(LeafSystem):
         """Returns why the planner is not simply driving, as text.
 
         Empty while it drives, and for a planner without an `initial_memory`.
-
-        Args:
-            context: The context of this system.
         """
         return self._Decided(context).reason
 
     def SetCommand(self, context: Context, command: ArrayLike) -> None:
-        """Sets the command that holds until the next decision.
-
-        Args:
-            context: The context of this system, to modify.
-            command: (v, omega), in m/s and rad/s.
-        """
+        """Sets the command (v, omega), in m/s and rad/s, until the next one."""
         state = context.get_mutable_discrete_state(self._state)
         state.get_mutable_value()[:2] = command
 

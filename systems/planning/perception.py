@@ -33,9 +33,6 @@ class PerceptionConfig(ABC):
         ``human_states``, or one of them, and the output ``visible_people``: as
         many rows as ``human_states``, with the row of each person out of view
         as `layout.OUTSIDE` defines it.
-
-        Args:
-            task: The data of the world.
         """
 
 

@@ -112,10 +112,7 @@ class PlannerConfig(ABC):
     ) -> Iterator[tuple[tuple[str, ...], str]]:
         """Finds faults that keep the planner from driving, before a run.
 
-        Args:
-            obstacles: The walls.
-            start: The robot's start pose (x, y, yaw) in W.
-            goal: Its goal pose, likewise.
+        `start` and `goal` are poses (x, y, yaw) in W.
 
         Yields:
             The path of a fault, relative to the planner, and its description.
@@ -127,29 +124,21 @@ class PlannerConfig(ABC):
         """Makes the planner: a LeafSystem or a Diagram with these ports.
 
         Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius)
-            of the robot, ``human_states`` such rows of the people, as far as it
-            perceives them, ``goal`` (x, y, yaw), not connected if there is no
-            goal; all in W, in SI units. An optional input ``scan`` takes the
-            distances that ``task.lidar`` measures, in meters. Outputs:
-            ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status``
-            a `PlannerStatus`, and ``path``, abstract, the planned path: an
-            array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
-            Optional outputs ``local_costmap`` and ``global_costmap``, abstract,
-            give a `Costmap` each, for Meshcat to draw.
-
-        Args:
-            task: The data of the robot and the world.
+        of the robot, ``human_states`` such rows of the people, as far as it
+        perceives them, ``goal`` (x, y, yaw), not connected if there is no goal;
+        all in W, in SI units. An optional input ``scan`` takes the distances
+        that ``task.lidar`` measures, in meters. Outputs: ``velocity_command``
+        gives (v, omega), in m/s and rad/s, ``status`` a `PlannerStatus`, and
+        ``path``, abstract, the planned path: an array of shape (k, 2) or (k,
+        3), rows (x, y) or (x, y, yaw). Optional outputs ``local_costmap`` and
+        ``global_costmap``, abstract, give a `Costmap` each, for Meshcat to
+        draw.
         """
 
     def AddToBuilder(
         self, builder: Any, task: PlanningTask, *, name: str = "planner"
     ) -> Any:
-        """Adds the planner to a builder and returns it.
-
-        Args:
-            builder: A DiagramBuilder.
-            task: The data of the robot and the world.
-            name: The name of the system.
+        """Adds the planner to a DiagramBuilder and returns it.
 
         Raises:
             TypeError: If it lacks a port: see `MakeSystem`.
@@ -246,13 +235,7 @@ class PurePlanner(PlannerConfig):
 
     @abstractmethod
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
-        """Returns the decision of one cycle.
-
-        Args:
-            task: The constant data.
-            view: The current observation.
-            memory: The memory of the last cycle.
-        """
+        """Returns the decision of one cycle from the last cycle's memory."""
 
 
 def asked_scan_size(planner: PlannerConfig) -> int | None:
@@ -267,10 +250,8 @@ def asked_scan_size(planner: PlannerConfig) -> int | None:
 def check_arguments(function: Any, label: str, *first: str) -> None:
     """Checks that a function takes the arguments of a planner.
 
-    Args:
-        function: The function.
-        label: Its name in the message.
-        first: The arguments before the usual ones.
+    `label` is its name in the message, `first` are arguments before the usual
+    ones.
 
     Raises:
         TypeError: If it does not take (task, view, memory) or is no function.

@@ -14,13 +14,7 @@ class PlannerError(RuntimeError):
     """
 
     def __init__(self, planner: str, time: float, reason: str) -> None:
-        """Constructs a PlannerError.
-
-        Args:
-            planner: The name of the planner.
-            time: The simulated time of the failure, in seconds.
-            reason: The description of the failure.
-        """
+        """Constructs a PlannerError: see its attributes."""
         # All of them, so that it can be pickled.
         super().__init__(planner, time, reason)
         self.planner = planner

@@ -25,16 +25,8 @@ def bodies(task: PlanningTask, view: View, reach: float = math.inf) -> Array:
     """Returns the bodies to avoid: people, and lidar hits other than walls.
 
     Without a scan these are the people that the planner sees. With one, each
-    object that is neither a wall of the map nor a known person is a body at
-    rest.
-
-    Args:
-        task: The constant data.
-        view: The planner's observation.
-        reach: The range within which lidar hits count, in meters.
-
-    Returns:
-        Shape (k, 7), rows of `human_states`.
+    object within `reach` (in meters) that is neither a wall of the map nor a
+    known person is a body at rest. Shape (k, 7), rows of `human_states`.
     """
     humans = np.ascontiguousarray(view.humans, dtype=float)
     if view.scan is None:

@@ -21,13 +21,7 @@ _STEP, _DURATION, _COMMAND = 0.05, 0.1, (0.1, 0.1)
 def try_robot(
     file: str, packages: dict[str, str], base: str, drive: dict[str, Any]
 ) -> None:
-    """Drives a robot alone on a floor for two steps.
-
-    Args:
-        file: See `UrdfRobot`.
-        packages: See `UrdfRobot`.
-        base: See `UrdfRobot`.
-        drive: A `DriveConfig` as data.
+    """Drives a robot (see `UrdfRobot`) alone on a floor for two steps.
 
     Raises:
         ModelFault: If it cannot be driven.

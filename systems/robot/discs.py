@@ -14,15 +14,8 @@ def closing_speeds(robot, humans):
     """Returns the approach speeds of a robot and each person.
 
     With n the unit vector from robot to person, these are a = v_r . n and b =
-    -v_i . n. They are 0 for coincident centers and for missing people (a row of
-    NaN), which have no n.
-
-    Args:
-        robot: Shape (7,), a row of ``robot_state``.
-        humans: Shape (n, 6) or more columns, rows of ``human_states``.
-
-    Returns:
-        Shape (2, n), a and b, in m/s.
+    -v_i . n, shape (2, n), in m/s. They are 0 for coincident centers and for
+    missing people (a row of NaN), which have no n.
     """
     speeds = np.empty((2, len(humans)))
     for i in range(len(humans)):
@@ -41,14 +34,8 @@ def closing_speeds(robot, humans):
 def gaps(robot, humans, bodies):
     """Returns the gaps between the disc of a robot and bodies of people.
 
-    Args:
-        robot: Shape (7,), a row of ``robot_state``.
-        humans: Shape (n, 6) or more columns, rows of ``human_states``.
-        bodies: Shape (n,), the radii of the bodies, in meters.
-
-    Returns:
-        Shape (n,), in meters, negative where they overlap, and infinite for
-        missing people (a row of NaN).
+    Shape (n,), in meters, negative where they overlap, and infinite for missing
+    people (a row of NaN).
     """
     result = np.empty(len(humans))
     for i in range(len(humans)):

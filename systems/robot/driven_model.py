@@ -64,13 +64,9 @@ def AddDrivenModel(
     drive: DriveConfig,
     start: tuple[float, float, float],
 ) -> DrivenModel:
-    """Adds a model with motors to a plant.
+    """Adds a model with motors to a plant that is not finalized yet.
 
-    Args:
-        plant: A plant that is not finalized yet.
-        source: The model.
-        drive: The drive of the robot.
-        start: The start pose (x, y, yaw) of its base, in meters and radians.
+    Its base starts at (x, y, yaw), in meters and radians.
 
     Raises:
         ModelFault: If the model does not fit the drive.
@@ -131,39 +127,21 @@ def _AddStages(
     height: float,
 ) -> list[Joint]:
     """Adds joints along x, along y and about z between world and base."""
-    stages = [
-        plant.AddRigidBody(f"{base.name()}_{axis}", instance, inertia)
-        for axis, inertia in (
-            ("x", SpatialInertia.Zero()),
-            ("y", SpatialInertia.Zero()),
-        )
-    ]
-    x_stage, y_stage = stages
-    joints = [
-        PrismaticJoint(
-            f"{base.name()}_x",
-            plant.world_frame(),
-            x_stage.body_frame(),
-            [1, 0, 0],
-        ),
-        PrismaticJoint(
-            f"{base.name()}_y",
-            x_stage.body_frame(),
-            y_stage.body_frame(),
-            [0, 1, 0],
-        ),
-    ]
-    added = [plant.AddJoint(joint) for joint in joints]
+    name, parent = base.name(), plant.world_frame()
+    added = []
+    for axis, direction in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
+        stage = plant.AddRigidBody(
+            f"{name}_{axis}", instance, SpatialInertia.Zero()
+        ).body_frame()
+        joint = PrismaticJoint(f"{name}_{axis}", parent, stage, direction)
+        added.append(plant.AddJoint(joint))
+        parent = stage
     raised = plant.AddFrame(
         FixedOffsetFrame(
-            f"{base.name()}_stand",
-            y_stage.body_frame(),
-            RigidTransform([0.0, 0.0, height]),
+            f"{name}_stand", parent, RigidTransform([0.0, 0.0, height])
         )
     )
-    turning = RevoluteJoint(
-        f"{base.name()}_yaw", raised, base.body_frame(), [0, 0, 1]
-    )
+    turning = RevoluteJoint(f"{name}_yaw", raised, base.body_frame(), [0, 0, 1])
     return [*added, plant.AddJoint(turning)]
 
 
@@ -184,16 +162,10 @@ def _actuators(
 def make_motor_speeds(
     plant: MultibodyPlant, model: DrivenModel, drive: DriveConfig
 ) -> tuple[MotorSpeeds, list[float]]:
-    """Returns the commands of all motors of a model.
+    """Returns the commands of all motors of a model in a finalized plant.
 
-    Args:
-        plant: The plant of the model, finalized.
-        model: The model.
-        drive: The drive of the robot.
-
-    Returns:
-        The function of `RobotDriver` that gives the speeds of all motors, in
-        the order of the plant's port, and the positions that they hold.
+    These are the function of `RobotDriver` that gives the speeds of all motors,
+    in the order of the plant's port, and the positions that they hold.
     """
     actuators = [
         plant.get_joint_actuator(index)

@@ -309,12 +309,7 @@ def AddFigure(
 ) -> list[Joint]:
     """Adds a model to a plant for display only, as a model instance.
 
-    Args:
-        plant: A plant that is registered with a SceneGraph and not finalized
-            yet.
-        source: The model.
-        drive: The drive of the robot.
-        name: The name of its instance.
+    The plant is registered with a SceneGraph and not finalized yet.
 
     Returns:
         The joints whose positions, in this order, are x, y and yaw of its base.

@@ -45,15 +45,8 @@ def AddPeople(
     """Adds the bodies of people to a plant, as one model instance.
 
     Each is an upright cylinder of the body's radius, with two motors that move
-    it along x and y of W. (It needs no yaw, because it is round.)
-
-    Args:
-        plant: A plant that is not finalized yet.
-        humans: The people.
-        starts: Shape (n, 2) or more columns: the start positions, in meters.
-
-    Returns:
-        The bodies, in the order of the people.
+    it along x and y of W. (It needs no yaw, because it is round.) The plant is
+    not finalized yet; people begin at `starts`, rows (x, y, ...), in meters.
     """
     instance = plant.AddModelInstance(PEOPLE)
     world = plant.world_frame()
@@ -91,12 +84,10 @@ def AddPeople(
 
 
 def PlacePeople(plant: MultibodyPlant, context: Context, states: Array) -> None:
-    """Places the bodies of people at their positions, at rest.
+    """Places the bodies of people at their states, at rest.
 
-    Args:
-        plant: A plant with the people of `AddPeople`, or without people.
-        context: The Context of the plant, to modify.
-        states: Shape (n, 7), rows of ``human_states``.
+    The plant has the people of `AddPeople`, or nobody; `context` is its
+    Context, `states` are rows of ``human_states``.
     """
     if not plant.HasModelInstanceNamed(PEOPLE):
         return
@@ -109,9 +100,8 @@ def PlacePeople(plant: MultibodyPlant, context: Context, states: Array) -> None:
 def people_states(state: Array) -> Array:
     """Returns rows (n, 7) of people from the state of their model instance.
 
-    Args:
-        state: Shape (4n,): all x and y, then their rates, from the state output
-            port of the instance.
+    That has shape (4n,): all x and y, then their rates, from the state output
+    port of the instance.
     """
     positions, velocities = state.reshape(2, -1, 2)
     rows = np.zeros((len(positions), STATE_SIZE))

@@ -60,12 +60,8 @@ class Body(NamedTuple):
 def plant_step(time_step: float, longest: float) -> float:
     """Returns the time between two steps of a plant, in seconds.
 
-    It is the time step of the trial, or a half, a quarter ... of it: only then
-    do the steps of both coincide to the last bit.
-
-    Args:
-        time_step: In seconds.
-        longest: The maximum, in seconds.
+    It is the time step of the trial, or a half, a quarter ... of it, up to
+    `longest`: only then do the steps of both coincide to the last bit.
     """
     step = time_step
     while step > longest * (1 + 1e-9):
@@ -255,12 +251,8 @@ def body_reach(
 
     It is an upper bound in the plane: spheres and capsules count with their
     radius, cylinders with prisms and others with boxes around them. It is
-    infinite if it may change in a trial, as with an arm.
-
-    Args:
-        source: The model of the robot.
-        drive: The drive of the robot.
-        start: The pose (x, y, yaw) in W, in meters and radians.
+    infinite if it may change in a trial, as with an arm. `start` is the pose
+    (x, y, yaw) in W.
 
     Raises:
         ModelFault: If the model cannot be driven.

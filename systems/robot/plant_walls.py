@@ -28,14 +28,9 @@ def AddFloorAndWalls(
 ) -> None:
     """Adds the floor at z = 0 and an upright box for each wall segment.
 
-    The floor ends 10 km from its center. Solids have their surface at their
-    outline; a line is 2 mm thick.
-
-    Args:
-        plant: A plant that is registered with a SceneGraph and not finalized
-            yet.
-        obstacles: The walls.
-        middle: The center of the floor, (x, y) in W, in meters.
+    The floor ends 10 km from `middle`, (x, y) in W, in meters. Solids have
+    their surface at their outline; a line is 2 mm thick. The plant is
+    registered with a SceneGraph and not finalized yet.
     """
     world = plant.world_body()
     plant.RegisterCollisionGeometry(

@@ -124,20 +124,12 @@ class RobotConfig(ABC):
         optional output ``contacts``, n rows of `layout.Contact`, replaces the
         contacts that a trial counts otherwise. An optional output
         ``wall_contact`` gives one such row for all walls.
-
-        Args:
-            task: The data of the world and the people.
         """
 
     def AddToBuilder(
         self, builder: Any, task: RobotTask, *, name: str = "robot"
     ) -> Any:
-        """Adds the robot to a builder and returns it.
-
-        Args:
-            builder: A DiagramBuilder.
-            task: The data of the world and the people.
-            name: The name of the system.
+        """Adds the robot to a DiagramBuilder and returns it.
 
         Raises:
             TypeError: If it lacks a port: see `MakeSystem`.
@@ -163,10 +155,8 @@ class RobotConfig(ABC):
     def AddFigure(self, plant: Any, name: str) -> Any:
         """Adds the robot's own figure to a plant for display only.
 
-        Args:
-            plant: A MultibodyPlant that is registered with a SceneGraph and not
-                finalized yet.
-            name: The name of its model instance.
+        The MultibodyPlant is registered with a SceneGraph and not finalized
+        yet; the figure is the model instance `name`.
 
         Returns:
             The joints whose positions, in this order, are x, y and yaw; None,

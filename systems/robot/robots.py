@@ -98,13 +98,9 @@ class PhysicalRobot(RobotConfig):
     def AddToBuilder(
         self, builder: Any, task: RobotTask, *, name: str = "robot"
     ) -> Any:
-        """Adds robot, "plant" and "scene_graph" to a builder.
+        """Adds robot, "plant" and "scene_graph" to a DiagramBuilder.
 
-        Args:
-            builder: A DiagramBuilder.
-            task: The data of the world and the people.
-            name: The name of the returned system, which has the ports of the
-                robot: see `AddPlantRobot`.
+        The robot, named `name`, is returned; see `AddPlantRobot` for its ports.
 
         Raises:
             ValueError: If the model cannot be driven, or there is a system of

@@ -45,16 +45,8 @@ def scene_bounds(
 ) -> Bounds:
     """Returns the smallest rectangle around everything in the scene.
 
-    Walls, people, robot and goals count.
-
-    Args:
-        world: The walls and other objects.
-        humans: The people.
-        robot: The robot.
-        margin: The margin to add on each side, in meters.
-
-    Returns:
-        The rectangle; in an empty scene, 2 m around the origin.
+    Walls, people, robot and goals count, and a margin on each side, in meters.
+    In an empty scene, it is 2 m around the origin.
     """
     ends = world.obstacles().segments.reshape(-1, 2)
     places = []

@@ -7,11 +7,9 @@ _MOST = 20_000
 
 
 def human_label(index: int, first: int = 0) -> int:
-    """Returns the label of the person at an index, from 0, in label images.
+    """Returns the label of a person, by index from 0, in label images.
 
-    Args:
-        index: The index of the person.
-        first: The number of people who have labels already.
+    `first` is the number of people who have labels already.
 
     Raises:
         ValueError: If there are more people than labels, 20 000.

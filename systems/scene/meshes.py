@@ -70,12 +70,10 @@ def loft(
 ) -> TriangleMesh:
     """Returns a smooth closed surface through horizontal sections.
 
-    Args:
-        sections: Shape (k, 5), from the lowest to the highest: the center
-            (x, y, z) and the half widths along x and y of each, in meters.
-        sides: The number of corners of a section.
-        power: 2 gives ellipses, more gives rounded rectangles (Lamé curves,
-            |x/a|^p + |y/b|^p = 1).
+    They have shape (k, 5), from the lowest to the highest: the center (x, y, z)
+    and the half widths along x and y of each, in meters. A section has `sides`
+    corners; power 2 gives ellipses, more gives rounded rectangles (Lamé curves,
+    |x/a|^p + |y/b|^p = 1).
     """
     rows = np.asarray(sections, dtype=float)
     angle = np.arange(sides) * (2 * np.pi / sides)

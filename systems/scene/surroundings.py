@@ -161,12 +161,8 @@ def _AddCutPrisms(
 def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
     """Shows high objects to cameras as to viewers: cut.
 
-    For pictures from outside, in which walls would hide the scene.
-
-    Args:
-        plant: The plant with the geometry of `AddWorld`.
-        scene_graph: The SceneGraph where it is registered; no Context of it may
-            exist yet.
+    For pictures from outside, in which walls would hide the scene. The plant
+    has the geometry of `AddWorld`; no Context of the SceneGraph may exist yet.
     """
     inspector = scene_graph.model_inspector()
     source = plant.get_source_id()

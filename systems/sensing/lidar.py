@@ -177,16 +177,10 @@ class Lidar(LeafSystem):
         return self._scan
 
     def SetSeed(self, context: Context, seed: int) -> None:
-        """Sets the seed of the noise in a Context.
-
-        Nothing else in the Context changes.
-
-        Args:
-            context: A Context of this system.
-            seed: In [0, 2^63).
+        """Sets the seed of the noise in a Context; nothing else changes.
 
         Raises:
-            ValueError: If the seed is not such a number.
+            ValueError: If the seed is not in [0, 2^63).
         """
         halves = seed_to_halves(check_seed(seed))
         context.get_mutable_numeric_parameter(self._seed).SetFromVector(halves)

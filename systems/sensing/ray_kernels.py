@@ -21,14 +21,11 @@ from hunav_drake.systems.world.walls import distance2_to_box, opened
 
 @jit
 def _ray_span(turn, half, fan):
-    """Returns the rays that may have a direction within `half` of a turn.
+    """Returns the indices (first, end) of rays within `half` of a turn.
 
     Both are in radians; the turn is relative to the first ray. `fan` is the
     step from ray to ray, in radians, and the number of steps of a full turn,
     rounded up: indices of rays are modulo that.
-
-    Returns:
-        The index of the first ray and the end index.
     """
     step, full_turn = fan
     turn -= 2 * math.pi * math.floor(turn / (2 * math.pi))
@@ -43,11 +40,8 @@ def _ray_span(turn, half, fan):
 def _to_ellipse(px, py, ux, uy, a, b):
     """Returns the distance along a ray to an ellipse around the origin.
 
-    The ray begins at (px, py) with the unit direction (ux, uy), all in the axes
-    of the ellipse, whose semi-axes are a and b.
-
-    Returns:
-        The distance, in meters: 0 from inside, infinity if it misses.
+    The ray begins at (px, py) with the unit direction (ux, uy), in the axes of
+    the ellipse with semi-axes a and b. 0 from inside, infinity for a miss.
     """
     # Scale the ellipse to a circle of radius a.
     py *= a / b
@@ -120,24 +114,12 @@ def _scan_segment(ax, ay, bx, by, turns, fan, directions, distances):
 def ray_distances(x, y, yaw, rays, count, range_max, ellipses, table):
     """Returns the distances along rays from a point to the first hits.
 
-    A wall segment or an ellipse is tested only against rays that point at it.
-
-    Args:
-        x: The x of their start, in W, in meters.
-        y: Its y.
-        yaw: The direction of angle 0, in radians.
-        rays: The angle of the first ray and the positive step to the next one;
-            together less than a turn, in radians.
-        count: The number of rays.
-        range_max: The maximum distance, in meters.
-        ellipses: The obstacles besides walls, shape (k, 5): rows (x, y, yaw of
-            the first axis, both semi-axes) in W. Ellipses without extent are
-            ignored.
-        table: `Obstacles.table`.
-
-    Returns:
-        The distances, shape (count,), in meters; infinity without a hit up to
-        `range_max`.
+    `rays` are the angle of the first of `count` rays, relative to `yaw`, and
+    the positive step to the next one; together less than a turn. They meet
+    walls and `ellipses`, shape (k, 5): rows (x, y, yaw of the first axis, both
+    semi-axes) in W; ellipses without extent are ignored. A wall segment or an
+    ellipse is tested only against rays that point at it. The distances are
+    infinite without a hit up to `range_max`. In meters and radians.
     """
     walls = opened(table)
     start = yaw + rays[0]
@@ -199,24 +181,13 @@ def _meets_other(px, py, qx, qy, human_states, person):
 def people_in_view(
     x, y, yaw, sight_range, field_of_view, others_hide, human_states, table
 ):
-    """Returns which people are in view from a point.
+    """Returns which people are in view from a point (x, y), shape (n,).
 
-    A person is in view if the center is in range and in the field of view, and
-    at least one of three lines is free: to the center, and to the points half a
-    radius to its left and right.
-
-    Args:
-        x: The x of the point, in W, in meters.
-        y: Its y.
-        yaw: The center of the field of view, in radians.
-        sight_range: The range, in meters.
-        field_of_view: The width of the field of view, in radians.
-        others_hide: Whether people occlude people behind them.
-        human_states: The rows of the people, shape (7n,).
-        table: `Obstacles.table` of the obstacles that occlude people.
-
-    Returns:
-        Shape (n,).
+    A person is in view if the center is in range and in the field of view
+    around `yaw`, and at least one of three lines is free: to the center, and to
+    the points half a radius to its left and right. `others_hide` is whether
+    people occlude people behind them; `human_states` has shape (7n,). In meters
+    and radians.
     """
     walls = opened(table)
     n = human_states.size // STATE_SIZE

@@ -13,13 +13,8 @@ def sensor_pose(
 ) -> tuple[float, float, float]:
     """Returns the pose (x, y, yaw) of a sensor in W, in meters and radians.
 
-    Args:
-        config: The sensor.
-        robot_state: The row of the robot that carries it; not needed for a
-            sensor on the ground.
-
-    Returns:
-        In meters and radians.
+    `robot_state` is the row of the robot that carries it; not needed for a
+    sensor on the ground.
 
     Raises:
         ValueError: If the row of the robot is missing.

@@ -65,21 +65,14 @@ class SensorConfig(Mount, ABC):
         takes the row (x, y, yaw, vx, vy, omega, radius) of the robot,
         ``human_states`` such rows of the people, ``query_object`` the geometry
         of the scene. Its outputs become outputs of the trial.
-
-        Args:
-            task: The data of the world.
         """
 
     def AddToBuilder(
         self, builder: Any, task: SensingTask, *, name: str = ""
     ) -> Any:
-        """Adds the sensor to a builder and returns it.
+        """Adds the sensor to a DiagramBuilder and returns it.
 
-        Args:
-            builder: A DiagramBuilder.
-            task: The data of the world.
-            name: The name of the system; by default that of the sensor, or its
-                type.
+        The name is by default that of the sensor, or its type.
 
         Raises:
             TypeError: If `MakeSystem` returns anything else than a System.

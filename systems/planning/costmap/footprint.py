@@ -20,11 +20,7 @@ def circle_footprint(radius: float, padding: float = PADDING) -> Array:
     """Returns the polygon that represents a round robot, shape (16, 2).
 
     Each coordinate is moved away from 0 by the padding, as in costmap_2d's
-    `makeFootprintFromRadius` and `padFootprint`.
-
-    Args:
-        radius: In meters.
-        padding: In meters.
+    `makeFootprintFromRadius` and `padFootprint`. All in meters.
     """
     angles = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
     corners = radius * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -59,11 +59,8 @@ def inflation_costs(
 def inflate(costs: Costs, graded: Array) -> Costs:
     """Returns costs with inflation around the lethal cells.
 
-    Costs never decrease; unknown cells become inscribed or stay unknown.
-
-    Args:
-        costs: The costs of a map.
-        graded: The costs by squared distance: see `inflation_costs`.
+    `graded` are `inflation_costs`. Costs never decrease; unknown cells become
+    inscribed or stay unknown.
     """
     lethal = costs == LETHAL
     if not lethal.any():

@@ -7,8 +7,8 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.planning.costmap.inflation import inflate
-from hunav_drake.systems.planning.costmap.marks import Marks
-from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc, moved
+from hunav_drake.systems.planning.costmap.marks import Marks, moved
+from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc
 from hunav_drake.systems.planning.costmap.raster import stamp_discs
 from hunav_drake.systems.planning.costmap.social_layer import add_social_costs
 from hunav_drake.systems.planning.costmap.static_layer import StaticMap
@@ -52,11 +52,6 @@ def make_costs(
     "obstacle" marks walls and people, or the hits of a lidar; "inflation" adds
     costs near marked cells; "social" adds costs around people. Costs never
     decrease. "inflation" also counts walls just outside the region.
-
-    Args:
-        layers: The names of the layers, in order.
-        region: The part of the lattice that the map covers.
-        around: The data that the layers are made from.
     """
     first = layers.index("inflation") if "inflation" in layers else -1
     before = layers[:first] if first > 0 else ()

@@ -162,15 +162,8 @@ def _disc_runs(costs, disc, robot, ox, oy, resolution):
 def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
     """Writes discs and their inflation where they cost more than the map.
 
-    Args:
-        costs: Written in place.
-        ox: The map's origin along x.
-        oy: The map's origin along y.
-        resolution: The side length of a cell.
-        discs: Shape (n, 3), rows (x, y, radius).
-        robot: The disc (x, y, radius) of the robot, which stays free; a
-            negative radius for none.
-        graded: The costs by squared distance in cells: see `inflation_costs`.
+    The discs are rows (x, y, radius); cells in the disc `robot` stay free (a
+    negative radius for none). `graded` are `inflation_costs`.
     """
     rows, columns = costs.shape
     reach = int(math.sqrt(len(graded) - 1 + 0.5))

@@ -37,18 +37,10 @@ def _clear_line(costs, row, column, to_row, to_column, most):
 def clear_and_mark(costs, ox, oy, resolution, x, y, ends, clearing, marking):
     """Writes one scan: free along its rays, lethal at their ends.
 
-    All rays clear before the first end is marked, as in costmap_2d.
-
-    Args:
-        costs: Written in place.
-        ox: The map's origin along x.
-        oy: The map's origin along y.
-        resolution: The side length of a cell.
-        x: The sensor's x, in W, in meters.
-        y: The sensor's y.
-        ends: Shape (n, 3), rows (x, y, range): the ends of the rays.
-        clearing: The range up to which a ray clears, in meters.
-        marking: The range within which an end is marked, in meters.
+    `costs` are those of a `Costmap` with its origin at (ox, oy). The rays run
+    from (x, y) to `ends`, rows (x, y, range), and clear up to the range
+    `clearing`; their ends within the range `marking` are marked. All rays clear
+    before the first end is marked, as in costmap_2d. In W, in meters.
     """
     rows, columns = costs.shape
     row = math.floor((y - oy) / resolution)

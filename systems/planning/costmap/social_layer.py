@@ -162,12 +162,8 @@ def add_social_costs(
 ) -> None:
     """Writes the costs of people into a map, where they are higher.
 
-    Args:
-        costs: Shape (rows, columns), written in place; unknown cells stay
-            unknown.
-        region: The region of the map.
-        humans: Rows of `human_states`.
-        parameters: See `social_parameters`.
+    `humans` are rows of `human_states`, `parameters` are `social_parameters`.
+    Unknown cells stay unknown.
     """
     if len(humans):
         people = np.ascontiguousarray(humans[:, [X, Y, VX, VY]])

@@ -6,6 +6,7 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.planning.costmap.inflation import inflate
+from hunav_drake.systems.planning.costmap.marks import Marks, moved
 from hunav_drake.systems.planning.costmap.raster import mark_walls
 from hunav_drake.systems.world.maps.costs import (
     FREE,
@@ -91,21 +92,8 @@ class StaticMap:
 
     def part(self, region: Region, *, inflated: bool) -> Costs:
         """Returns a copy of a region; cells beyond the map are free."""
-        own, costs = self.region, self.inflated if inflated else self.walls
-        if region == own:
-            return costs.copy()
-        up, left = region.row - own.row, region.column - own.column
-        r0, r1 = max(up, 0), min(up + region.rows, own.rows)
-        c0, c1 = max(left, 0), min(left + region.columns, own.columns)
-        inner = r1 - r0 == region.rows and c1 - c0 == region.columns
-        if inner:
-            return np.ascontiguousarray(costs[r0:r1, c0:c1])
-        result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
-        if r0 < r1 and c0 < c1:
-            result[r0 - up : r1 - up, c0 - left : c1 - left] = costs[
-                r0:r1, c0:c1
-            ]
-        return result
+        costs = self.inflated if inflated else self.walls
+        return moved(Marks(self.region.row, self.region.column, costs), region)
 
 
 @functools.lru_cache(maxsize=16)
@@ -120,9 +108,6 @@ def static_map(
 ) -> StaticMap:
     """Returns the walls of a world on a region, cached.
 
-    Args:
-        obstacles: The walls.
-        region: The part of the lattice that the map covers.
-        graded: The costs by squared distance: see `inflation_costs`.
+    `graded` are `inflation_costs`.
     """
     return _static_map(obstacles, region, graded.tobytes())

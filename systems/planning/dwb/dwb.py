@@ -353,7 +353,42 @@ class DwbPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        return choose(self, task, view, local, costmap, memory)
+        weighed = _weigh(self, task, view, local, costmap, memory)
+        best, memory = weighed.best, weighed.memory
+        if best < 0:
+            return Control(0.0, 0.0, memory, _FAULTS[best])
+        turns = len(weighed.ws)
+        v, omega = (
+            float(weighed.vs[best // turns]),
+            float(weighed.ws[best % turns]),
+        )
+        critics = self.critics
+        x, y, yaw = view.robot[: YAW + 1].tolist()
+        trend = memory.x.after(v), memory.theta
+        if abs(v) <= critics.x_only_threshold:
+            trend = trend[0], memory.theta.after(omega)
+        # A change of sign forbids the opposite sign.
+        changed = any(
+            new.sign == -old.sign != 0
+            for new, old in zip(trend, (memory.x, memory.theta), strict=True)
+        )
+        memory = memory._replace(
+            x=trend[0], theta=trend[1], cycles=memory.cycles + 1
+        )
+        if changed:
+            memory = memory._replace(pose=(x, y, yaw), cycles=0)
+        moved = math.hypot(x - memory.pose[0], y - memory.pose[1])
+        turned = abs(wrap_angle(yaw - memory.pose[2]))
+        waited = memory.cycles * self.period
+        if (memory.x.only or memory.theta.only) and (
+            moved > critics.oscillation_reset_dist
+            or turned > critics.oscillation_reset_angle
+            or 0 <= critics.oscillation_reset_time <= waited
+        ):
+            memory = memory._replace(x=Trend(), theta=Trend())
+        if self.limit_vel_cmd_in_traj:
+            v, omega = _first_velocity(self, task, view, v, omega)
+        return Control(v, omega, memory)
 
 
 def _parameters(planner: DwbPlanner, task: PlanningTask) -> "Parameters":
@@ -404,50 +439,6 @@ def dynamics(planner: DwbPlanner, task: PlanningTask) -> Dynamics:
     return planner.once(task, "dwb", make)
 
 
-def choose(
-    planner: DwbPlanner,
-    task: PlanningTask,
-    view: View,
-    local: LocalPlan,
-    costmap: Costmap,
-    memory: DwbMemory,
-) -> Control:
-    """Returns the command of one cycle: see `DwbPlanner.control`."""
-    weighed = _weigh(planner, task, view, local, costmap, memory)
-    best, memory = weighed.best, weighed.memory
-    if best < 0:
-        return Control(0.0, 0.0, memory, _FAULTS[best])
-    turns = len(weighed.ws)
-    v, omega = float(weighed.vs[best // turns]), float(weighed.ws[best % turns])
-    critics = planner.critics
-    x, y, yaw = view.robot[: YAW + 1].tolist()
-    trend = memory.x.after(v), memory.theta
-    if abs(v) <= critics.x_only_threshold:
-        trend = trend[0], memory.theta.after(omega)
-    # A change of sign forbids the opposite sign.
-    changed = any(
-        new.sign == -old.sign != 0
-        for new, old in zip(trend, (memory.x, memory.theta), strict=True)
-    )
-    memory = memory._replace(
-        x=trend[0], theta=trend[1], cycles=memory.cycles + 1
-    )
-    if changed:
-        memory = memory._replace(pose=(x, y, yaw), cycles=0)
-    moved = math.hypot(x - memory.pose[0], y - memory.pose[1])
-    turned = abs(wrap_angle(yaw - memory.pose[2]))
-    waited = memory.cycles * planner.period
-    if (memory.x.only or memory.theta.only) and (
-        moved > critics.oscillation_reset_dist
-        or turned > critics.oscillation_reset_angle
-        or 0 <= critics.oscillation_reset_time <= waited
-    ):
-        memory = memory._replace(x=Trend(), theta=Trend())
-    if planner.limit_vel_cmd_in_traj:
-        v, omega = _first_velocity(planner, task, view, v, omega)
-    return Control(v, omega, memory)
-
-
 def candidates(
     planner: DwbPlanner,
     task: PlanningTask,
@@ -458,13 +449,7 @@ def candidates(
 ) -> Candidates:
     """Returns the velocities, scores and trajectories of one cycle.
 
-    Args:
-        planner: The parameters.
-        task: The constant data.
-        view: The planner's observation.
-        local: The local plan to follow.
-        costmap: The local costmap.
-        memory: The memory of the critics; None for an empty one.
+    Without `memory`, the critics have an empty one.
 
     Raises:
         ValueError: If no part of the plan is on the map.

@@ -79,17 +79,9 @@ def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
 def path_distances(costs, ox, oy, resolution, plan):
     """Returns the distances of cells from a plan, and its last cell.
 
-    Args:
-        costs: The costs of the map.
-        ox: The map's origin along x.
-        oy: The map's origin along y.
-        resolution: The side length of a cell.
-        plan: Shape (k, 3), rows (x, y, yaw), with k > 0.
-
-    Returns:
-        The Manhattan distances to the nearest cell of the plan, shape (rows,
-        columns), in cells; and its last cell (row, column), (-1, -1) if no
-        part of the plan is on the map.
+    The distances are Manhattan distances to the nearest cell of the plan, rows
+    (x, y, yaw), in cells, shape (rows, columns). The last cell is (row,
+    column), or (-1, -1) if no part of the plan is on the map.
     """
     rows, columns = costs.shape
     result = np.full((rows, columns), _FAR, dtype=np.int32)

@@ -234,29 +234,18 @@ def score_samples(
 ):
     """Scores all pairs of samples and returns the row of the best.
 
-    The best has the lowest total; of equal ones, the first counts. Critics with
-    weight 0 are not evaluated.
+    The best has the lowest total; of equal ones, the first counts; -1 if all
+    are rejected. Critics with weight 0 are not evaluated.
 
-    Args:
-        state: (x, y, yaw, v, w) of the robot.
-        vs: The samples of the speed, ascending.
-        ws: The samples of the turn rate, ascending.
-        costs: The costs of the map.
-        ox: The map's origin along x.
-        oy: The map's origin along y.
-        resolution: The side length of a cell.
-        distances: The distances from the plan: see `path_distances`.
-        targets: See `Targets`.
-        latches: See `Latches`.
-        polygon: The footprint of the robot, shape (k, 2).
-        p: See `Parameters`.
-        scores: Written: shape (len(vs) * len(ws), 11), the total and the
-            weighted scores of the critics, in rows by ascending v, then w.
-            Where a critic rejects a pair, the total and the critic's score are
-            infinite; an excluded pair has a row of infinities.
+    `state` is (x, y, yaw, v, w) of the robot, `vs` and `ws` are the samples of
+    speed and turn rate, ascending. `costs`, (ox, oy) and `resolution` are those
+    of the map, `distances` are `path_distances`, and `polygon` is the
+    footprint, shape (k, 2).
 
-    Returns:
-        The row of the best, or -1 if all are rejected.
+    `scores`, shape (len(vs) * len(ws), 11), gets the total and the weighted
+    scores of the critics, in rows by ascending v, then w. Where a critic
+    rejects a pair, the total and the critic's score are infinite; an excluded
+    pair has a row of infinities.
     """
     rows, columns = costs.shape
     inverse = 1.0 / resolution

@@ -10,7 +10,6 @@ from hunav_drake.systems.common.kernels import (
     MATRIX,
     REAL,
     VECTOR,
-    jit,
     jit_as,
 )
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
@@ -26,9 +25,14 @@ from hunav_drake.systems.planning.dwb.scoring import (
 _COLUMNS = 1 + len(Critic)
 
 
-@jit
-def _samples(now, low, high, rise, fall, count, time):
-    """Implements `velocity_samples`."""
+@jit_as(numba.float64[::1], REAL, REAL, REAL, REAL, REAL, INTEGER, REAL)
+def velocity_samples(now, low, high, rise, fall, count, time):
+    """Returns reachable velocities of one axis, ascending.
+
+    They are `count` >= 2 evenly spaced ones in [low, high] that can be reached
+    from `now` within `time`, in seconds, at rates `rise` and `fall` < 0 per
+    second. 0 is added if they have both signs.
+    """
     now = min(max(now, low), high)
     low = max(low, now + fall * time)
     high = min(high, now + rise * time)
@@ -49,24 +53,6 @@ def _samples(now, low, high, rise, fall, count, time):
     return samples[:size]
 
 
-@jit_as(numba.float64[::1], REAL, REAL, REAL, REAL, REAL, INTEGER, REAL)
-def velocity_samples(now, low, high, rise, fall, count, time):
-    """Returns reachable velocities of one axis, ascending.
-
-    They are evenly spaced; 0 is added if they have both signs.
-
-    Args:
-        now: The current velocity.
-        low: The minimum.
-        high: The maximum.
-        rise: The maximum increase per second.
-        fall: The maximum decrease per second, a negative number.
-        count: The number of samples, at least 2.
-        time: The time within which they are reached, in seconds.
-    """
-    return _samples(now, low, high, rise, fall, count, time)
-
-
 @jit_as(
     numba.types.Tuple(
         (
@@ -82,18 +68,10 @@ def weigh_samples(
 ):
     """Samples velocities and scores them: see `score_samples`.
 
-    Args:
-        state: (x, y, yaw, v, w) of the robot.
-        goal: The end (x, y, yaw) of the global plan.
-        plan: The local plan, shape (k, 3), k > 0.
-        costs: The costs of the map.
-        ox: The map's origin along x.
-        oy: The map's origin along y.
-        resolution: The side length of a cell.
-        latches: The mode of RotateToGoal (0 off, 1 slow down, 2 turn), and the
-            signs that Oscillation allows for v and for w (0 for both).
-        polygon: The footprint of the robot, shape (k, 2).
-        parameters: See `scoring.Parameters`.
+    `goal` is the end (x, y, yaw) of the global plan; `plan` the local plan,
+    shape (k, 3), k > 0. `latches` are the mode of RotateToGoal (0 off, 1 slow
+    down, 2 turn), and the signs that Oscillation allows for v and for w (0 for
+    both).
 
     Returns:
         The row of the best (-1 if all are rejected, -2 if the plan is not on
@@ -101,11 +79,11 @@ def weigh_samples(
     """
     p = parameters_in(parameters)
     distances, last = path_distances(costs, ox, oy, resolution, plan)
-    vs = _samples(
+    vs = velocity_samples(
         *(state[3], p.low, p.high, p.acc_lim_x, p.decel_lim_x),
         *(int(p.speeds), p.reach_time),
     )
-    ws = _samples(
+    ws = velocity_samples(
         *(state[4], -p.turn, p.turn, p.acc_lim_theta, p.decel_lim_theta),
         *(int(p.turns), p.reach_time),
     )

@@ -173,14 +173,10 @@ def _at(x: float, y: float) -> str:
 
 
 def smooth_path(points: Array, costmap: Costmap) -> Array:
-    """Returns a path smoothed along its length, with the same ends.
+    """Returns a path (k, 2) smoothed along its length, with the same ends.
 
     It is smoothed less, or not at all, if it would otherwise cross much higher
     costs.
-
-    Args:
-        points: Shape (k, 2), in W, in meters.
-        costmap: The costs of cells.
     """
     if len(points) < 3:
         return points

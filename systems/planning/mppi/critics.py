@@ -109,14 +109,8 @@ def goal_angle_score(poses, goal):
 def path_align_score(start_x, start_y, poses, path, spacing, free, p):
     """Returns the mean distance from the plan at equal path length.
 
-    Args:
-        start_x: The robot's x, in W, in meters.
-        start_y: Its y.
-        poses: The rollout.
-        path: The local plan.
-        spacing: The distance between its points, in meters.
-        free: For each of them, whether it is free.
-        p: The parameters.
+    The plan's points are `spacing` apart, in meters; only those count that are
+    `free`. The robot starts at (start_x, start_y).
     """
     every = int(p.path_align_step)
     x = start_x
@@ -182,14 +176,9 @@ def social_score(poses, velocities, humans, forces, p):
     Social work is the magnitude of the social force of all people on the robot
     plus the magnitudes of the robot's forces on each of them; people keep their
     velocity. (As in Perez-Higueras et al. 2014 and in the social force window
-    planner.) The two forces of a pair are opposite.
-
-    Args:
-        poses: The rollout.
-        velocities: Shape (n, 2), rows (v, omega).
-        humans: Shape (m, 7): the current rows of the people.
-        forces: The parameters of the social force.
-        p: The parameters.
+    planner.) The two forces of a pair are opposite. `velocities` has rows (v,
+    omega), `humans` the current rows of the people, `forces` the parameters of
+    the social force.
     """
     every = int(p.social_step)
     total = 0.0
@@ -224,12 +213,7 @@ def social_score(poses, velocities, humans, forces, p):
 
 @jit
 def furthest_reached(ends, path):
-    """Returns the index of the furthest path point nearest to any end.
-
-    Args:
-        ends: Shape (m, 2): the end points of the rollouts.
-        path: The local plan.
-    """
+    """Returns the index of the furthest path point nearest to any end."""
     result = 0
     for i in range(len(ends)):
         nearest = 0

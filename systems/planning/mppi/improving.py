@@ -110,17 +110,11 @@ def _score(
 
 @jit
 def average(sampled, totals, temperature):
-    """Returns the mean of samples, weighted by their scores.
+    """Returns the mean of samples (m, n, 2), weighted by totals (m,).
 
     The weights are exp(-(total - least total) / temperature) (Williams et al.
     2017, "Information theoretic MPC for model-based reinforcement learning",
     Alg. 2).
-
-    Args:
-        sampled: Shape (m, n, 2).
-        totals: Shape (m,): lower is better.
-        temperature: The increase of the total that lowers a weight by a factor
-            e.
     """
     least = totals.min()
     result = np.zeros(sampled.shape[1:])
@@ -167,23 +161,14 @@ def improve(
 ):
     """Samples controls around the last ones and averages them.
 
-    Args:
-        state: (x, y, yaw, v, omega) of the robot.
-        controls: Shape (n, 2), rows (v, omega): the last ones.
-        past: Shape (4, 2): the controls before them.
-        noise: Shape (m, n, 2), standard normal, for m rollouts.
-        goal: The end (x, y, yaw) of the global plan.
-        path: Shape (k, 2), k > 0: the local plan, evenly spaced.
-        spacing: The distance between its points, in meters.
-        costs: The costs of the local costmap.
-        ox: The map's origin along x.
-        oy: The map's origin along y.
-        resolution: The side length of a cell.
-        polygon: The footprint of the robot, shape (j, 2).
-        humans: Shape (i, 7): the rows of the people.
-        forces: The parameters of the social force.
-        weights: Shape (11,): the weights of the critics, by `Critic`.
-        parameters: See `Parameters`.
+    `state` is (x, y, yaw, v, omega) of the robot; `controls` (n, 2) are the
+    last ones and `past` (4, 2) those before them, rows (v, omega); `noise` (m,
+    n, 2) is standard normal, for m rollouts. `goal` is the end (x, y, yaw) of
+    the global plan; `path` (k, 2), k > 0, are points of the local plan,
+    `spacing` apart, in meters. `costs`, (ox, oy) and `resolution` are those of
+    the local costmap; `polygon` (j, 2) is the footprint; `humans` are the rows
+    of the people; `forces` are the parameters of the social force, `weights`
+    (11,) those of the critics, by `Critic`.
 
     Returns:
         The number of collision-free rollouts, the new controls, the scores,

@@ -311,7 +311,29 @@ class MppiPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        return optimize(self, task, view, local, costmap, memory)
+        made = self.once(task, "mppi", lambda: setting(self, task))
+        number = 0
+        for attempt in range(_TRIES):
+            tried = memory
+            if attempt > 0:
+                # The old controls may be what leads to a collision.
+                tried = MppiMemory(cycle=memory.cycle)
+            alive = 0
+            for _ in range(self.iteration_count):
+                if self.regenerate_noises:
+                    per_cycle = _TRIES * self.iteration_count
+                    number = memory.cycle * per_cycle + number % per_cycle
+                result = roll_out_all(
+                    self, task, view, local, costmap, tried, number
+                )
+                number += 1
+                # (They are not finite only for a Context with invalid values.)
+                is_finite = np.isfinite(result.controls).all()
+                alive = result.alive if is_finite else 0
+                tried = tried._replace(controls=result.controls)
+            if alive > 0:
+                return _command(tried, made)
+        return Control(0.0, 0.0, memory, FAULT)
 
 
 def setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
@@ -359,16 +381,9 @@ def setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
 
 @functools.lru_cache(maxsize=2)
 def draw_noise(seed: int, number: int, batch: int, steps: int) -> Array:
-    """Returns standard normal noise for a seed and a number.
+    """Returns standard normal noise for a seed and a draw, read-only.
 
-    Args:
-        seed: In [0, 2^63).
-        number: The number of the draw.
-        batch: The number of rollouts.
-        steps: The number of steps of each.
-
-    Returns:
-        Shape (batch, steps, 2), read-only.
+    The seed is in [0, 2^63); the shape is (batch, steps, 2).
     """
     bits = np.random.Philox(key=[seed, number])
     noise = np.random.Generator(bits).standard_normal((batch, steps, 2))
@@ -379,10 +394,8 @@ def draw_noise(seed: int, number: int, batch: int, steps: int) -> Array:
 def even_path(poses: Array, spacing: float) -> Array:
     """Returns evenly spaced points along a plan, shape (k, 2), k > 0.
 
-    Args:
-        poses: Shape (j, 3), j > 0, rows (x, y, yaw).
-        spacing: The distance, in meters. The last point is the end of the plan,
-            or less than half the distance before it.
+    The last point is the end of the plan, or less than half the spacing before
+    it. In meters.
     """
     steps = np.diff(poses[:, :2], axis=0)
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
@@ -411,19 +424,12 @@ def roll_out_all(
 ) -> Rollouts:
     """Returns all rollouts of one iteration, for inspection, too.
 
-    Args:
-        planner: The parameters.
-        task: The constant data.
-        view: The planner's observation.
-        local: The local plan to follow.
-        costmap: The local costmap.
-        memory: The planner's memory.
-        number: The number of the noise draw.
+    `number` is that of the noise draw.
     """
     # Imported here, so that reading a scenario does not load numba.
     from hunav_drake.systems.planning.mppi.improving import improve
 
-    made = _setting(planner, task)
+    made = planner.once(task, "mppi", lambda: setting(planner, task))
     controls = memory.controls
     if len(controls) != made.steps:
         controls = np.zeros((made.steps, 2))
@@ -440,39 +446,6 @@ def roll_out_all(
         *(made.weights, made.values),
     )
     return Rollouts(*result)
-
-
-def optimize(
-    planner: MppiPlanner,
-    task: PlanningTask,
-    view: View,
-    local: LocalPlan,
-    costmap: Costmap,
-    memory: MppiMemory,
-) -> Control:
-    """Returns the command of one cycle: see `MppiPlanner.control`."""
-    made = _setting(planner, task)
-    number = 0
-    for attempt in range(_TRIES):
-        tried = memory
-        if attempt > 0:
-            # The old controls may be what leads to a collision.
-            tried = MppiMemory(cycle=memory.cycle)
-        alive = 0
-        for _ in range(planner.iteration_count):
-            if planner.regenerate_noises:
-                per_cycle = _TRIES * planner.iteration_count
-                number = memory.cycle * per_cycle + number % per_cycle
-            result = roll_out_all(
-                planner, task, view, local, costmap, tried, number
-            )
-            number += 1
-            # (Controls are not finite only for a Context with invalid values.)
-            alive = result.alive if np.isfinite(result.controls).all() else 0
-            tried = tried._replace(controls=result.controls)
-        if alive > 0:
-            return _command(tried, made)
-    return Control(0.0, 0.0, memory, FAULT)
 
 
 def _command(memory: MppiMemory, made: Setting) -> Control:
@@ -492,7 +465,3 @@ def _command(memory: MppiMemory, made: Setting) -> Control:
         array.setflags(write=False)
     memory = MppiMemory(controls, past, memory.cycle + 1)
     return Control(float(v), float(omega), memory)
-
-
-def _setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
-    return planner.once(task, "mppi", lambda: setting(planner, task))

@@ -42,14 +42,8 @@ def roll_out(state, controls, p, poses, velocities):
 
     In the first step it keeps its velocity; in step k it follows control k - 1
     within its accelerations. Each step moves along the heading at its
-    beginning.
-
-    Args:
-        state: (x, y, yaw, v, omega) of the robot.
-        controls: Shape (n, 2), rows (v, omega).
-        p: The parameters.
-        poses: Written: shape (n, 3), rows (x, y, yaw) at the ends of the steps.
-        velocities: Written: shape (n, 2), rows (v, omega) during the steps.
+    beginning. `state` is (x, y, yaw, v, omega). `poses` gets rows (x, y, yaw)
+    at the ends of the steps, `velocities` rows (v, omega) during them.
     """
     dt = p.dt
     x = state[0]
@@ -97,10 +91,8 @@ def limit(controls, state, p):
 def smooth(controls, past):
     """Returns controls smoothed by a quadratic fit to nine at a time.
 
-    Args:
-        controls: Shape (n, 2).
-        past: Shape (4, 2): the previous controls. The last of `controls` is
-            repeated at the end.
+    `past` (4, 2) are the previous controls. The last of `controls` is repeated
+    at the end.
     """
     n = len(controls)
     before = len(past)
@@ -116,12 +108,7 @@ def smooth(controls, past):
 
 @jit
 def held(controls, hold):
-    """Returns controls averaged over the steps for which a command holds.
-
-    Args:
-        controls: Shape (n, 2).
-        hold: The number of steps for which a command holds: see `command_of`.
-    """
+    """Returns controls averaged over the steps for which a command holds."""
     if hold <= 1:
         return controls
     result = np.empty_like(controls)

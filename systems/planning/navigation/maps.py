@@ -56,16 +56,9 @@ class Maps:
     ) -> None:
         """Builds the constant parts.
 
-        Args:
-            obstacles: The walls.
-            robot_radius: In meters.
-            inflation: The inflation radius, in meters, and the cost scaling
-                factor, in 1/m.
-            layer: The obstacle layer.
-            lidar: The lidar that measures the scans; None without scans.
-            social: The social layer.
-            local: The local costmap; none of its values is None.
-            whole: The global costmap.
+        `inflation` is the inflation radius, in meters, and the cost scaling
+        factor, in 1/m. `lidar` measures the scans; None without scans. No value
+        of `local` is None.
 
         Raises:
             ValueError: If a map would have more than 25 million cells.
@@ -99,12 +92,7 @@ class Maps:
         )
 
     def global_region(self, robot: Array, goal: Array) -> Region:
-        """Returns the region of the global map: walls, robot, goal, and margin.
-
-        Args:
-            robot: (x, y) in W, in meters; more is ignored.
-            goal: Likewise.
-        """
+        """Returns the region of walls, robot, goal, and margin."""
         return global_region(
             self._bounds, robot, goal, self._margin, self._whole_resolution
         )
@@ -112,14 +100,7 @@ class Maps:
     def global_map(
         self, robot: Array, humans: Array, goal: Array, marks: Marks | None
     ) -> Costmap:
-        """Returns the global map.
-
-        Args:
-            robot: The row of the robot.
-            humans: The rows of the people.
-            goal: (x, y) in W, in meters.
-            marks: The marks of a lidar; None for the ground truth.
-        """
+        """Returns the global map; `marks` are None for the ground truth."""
         region = self.global_region(robot, goal)
         graded = self._graded[self._whole_resolution]
         walls = static_map(self._obstacles, region, graded)
@@ -132,13 +113,7 @@ class Maps:
         return self.global_map(robot, nobody, goal, None)
 
     def local_map(self, robot: Array, sight: Sight) -> Costmap:
-        """Returns the local map around the robot from a sight.
-
-        Args:
-            robot: (x, y) in W, in meters; more is ignored.
-            sight: The observation at the last update, with the robot's state
-                then.
-        """
+        """Returns the local map around the robot from a sight."""
         x, y = robot[:2].tolist()
         region = region_around(x, y, self._size, self._resolution)
         around = self._around(

@@ -255,16 +255,10 @@ class NavigationParameters(Planner):
     def local_map(
         self, task: PlanningTask, view: View, memory: NavigationMemory
     ) -> Costmap:
-        """Returns the local map, around the robot.
+        """Returns the local costmap on which this cycle evaluates commands.
 
-        Args:
-            task: The constant data.
-            view: The planner's current observation.
-            memory: The memory of the last cycle.
-
-        Returns:
-            The map on which this cycle evaluates commands; one without cells
-            before the first observation.
+        It has no cells before the first observation. `memory` is that of the
+        last cycle.
         """
         if memory.sight.cycle < 0:
             return NO_MAP
@@ -290,13 +284,7 @@ class NavigationParameters(Planner):
     def once[Made](
         self, task: PlanningTask, name: str, make: Callable[[], Made]
     ) -> Made:
-        """Returns a value derived from the parameters and a task, cached.
-
-        Args:
-            task: The task.
-            name: The name of the value.
-            make: Computes it.
-        """
+        """Returns the named value that depends on a task alone, cached."""
         of, things = self.__dict__.get("_made", (None, {}))
         if of is not task:
             things = {}

@@ -31,8 +31,9 @@ class NavigationPlanner(NavigationParameters):
         """Decides the command of one cycle: see `Planner.plan`."""
         # Imported here, so that reading a scenario does not load numba.
         from hunav_drake.systems.planning.navigation.navigate import navigate
+        from hunav_drake.systems.planning.navigation.recovery import Situation
 
-        return navigate(self, task, view, memory)
+        return navigate(Situation(self, task, view), memory)
 
     def MakeSystem(self, task: PlanningTask) -> Any:
         """Makes a `NavigationSystem` that decides by `plan`.

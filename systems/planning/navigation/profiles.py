@@ -15,18 +15,11 @@ ProfileName = Literal["pmb2_foxy", "humble"]
 
 @dataclass(frozen=True, kw_only=True)
 class NavigationProfile:
-    """The release's values of the parts that planners share.
+    """The release's values of the parameters that planners share.
 
-    Attributes:
-        robot_radius: PMB2's radius for navigation, in meters.
-        cost_scaling_factor: The decay rate of the inflation, in 1/m.
-        local_size: The side length of the local costmap, in meters.
-        local_resolution: The side length of its cells, in meters.
-        local_update_period: The time between its updates, in seconds.
-        failure_tolerance: The time without a command that is tolerated, in
-            seconds.
-        recoveries: The kinds of recoveries, in order.
-        one_at_a_time: Whether each failure runs only the next one, in turn.
+    `robot_radius` is PMB2's, in meters; `one_at_a_time` is whether each failure
+    runs only the next of `recoveries`, in turn. The others are named as the
+    parameters, with `local_` for those of the local costmap.
     """
 
     robot_radius: float
@@ -41,19 +34,10 @@ class NavigationProfile:
 
 @dataclass(frozen=True, kw_only=True)
 class DwbProfile:
-    """The release's values of DWB.
+    """The release's values of DWB's parameters.
 
-    Attributes:
-        max_vel_theta: In rad/s.
-        acc_lim_x: In m/s^2.
-        decel_lim_x: In m/s^2, negative.
-        acc_lim_theta: In rad/s^2.
-        decel_lim_theta: In rad/s^2, negative.
-        prune_distance: The distance from the robot below which the local plan
-            begins, in meters.
-        forward_prune_distance: The distance at which it ends, in meters.
-        search_all: Whether its beginning is searched on the whole plan instead
-            of the next `prune_distance`.
+    `search_all` is whether the beginning of the local plan is searched on the
+    whole plan instead of the next `prune_distance`.
     """
 
     max_vel_theta: float
@@ -121,10 +105,6 @@ def navigation_radius(own: float, profile: NavigationProfile) -> float:
 
     A robot from the size of PMB2 to its larger circle in the paper's metrics
     counts as PMB2; any other has its own radius.
-
-    Args:
-        own: The radius of the robot, in meters.
-        profile: The profile of PMB2.
     """
     if profile.robot_radius <= own <= _METRICS_RADIUS + 1e-9:
         return profile.robot_radius

@@ -23,12 +23,7 @@ def region_faults(
 ) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yields the costmaps of a world that would be too large, and why.
 
-    Args:
-        obstacles: The walls.
-        ends: The robot's start and goal, in W.
-        inflation_radius: In meters.
-        local_resolution: The side length of a cell of the local map, in meters.
-        whole: The global map.
+    `ends` are the robot's start and goal, in W.
     """
     bounds = bounds_of(obstacles)
     try:

@@ -14,13 +14,9 @@ def brakable(
 ) -> float:
     """Returns a turn rate that can stop within the remaining angle.
 
-    A higher one would overshoot, turn back, and so on.
-
-    Args:
-        omega: The wanted turn rate, in rad/s.
-        error: The remaining angle, in radians.
-        acceleration: The maximum angular acceleration, in rad/s^2.
-        reaction: The time until another rate takes effect, in seconds.
+    A rate higher than that would overshoot, turn back, and so on. `error` is
+    the remaining angle, in radians, `acceleration` the maximum, in rad/s^2,
+    `reaction` the time until another rate takes effect, in seconds.
     """
     most = math.sqrt(2.0 * _BRAKES * acceleration * abs(error))
     most = min(most, abs(error) / reaction)
@@ -38,15 +34,8 @@ def steer(
     """Returns the command (v, omega) that follows a velocity in W.
 
     It turns to the direction of the velocity in about `turn_time`, and drives
-    at the forward component of the velocity.
-
-    Args:
-        vx: The x component of the velocity to follow, in m/s.
-        vy: Its y component.
-        yaw: The heading of the robot, in radians.
-        turn_time: In seconds.
-        limits: The limits of the robot.
-        reaction: The time until another command takes effect, in seconds.
+    at the forward component of the velocity. `reaction` is the time until
+    another command takes effect. In SI units.
     """
     speed = math.hypot(vx, vy)
     if speed < 1e-6:

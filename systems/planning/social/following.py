@@ -69,12 +69,7 @@ def is_free(
 ) -> bool:
     """Returns whether a velocity is free of collisions in the near future.
 
-    Args:
-        footprint: The footprint of the robot, shape (k, 2).
-        costmap: The local costmap.
-        view: The planner's observation.
-        v: The speed, in m/s.
-        omega: The turn rate, in rad/s.
+    `footprint` has shape (k, 2); v is in m/s, omega in rad/s.
     """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     if v <= 0:

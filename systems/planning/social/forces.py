@@ -30,13 +30,9 @@ _ALL = 0
 def robot_force(robot, goal, humans, table, radius, k):
     """Returns the social force (x, y) on a robot, as on a person, in m/s^2.
 
-    Args:
-        robot: The row of the robot.
-        goal: (x, y, speed): the attracting point and the desired speed.
-        humans: Rows of `human_states`.
-        table: `Obstacles.table`.
-        radius: The radius of the robot, in meters.
-        k: The parameters of the forces, in the order of `PARAMETERS`.
+    `goal` is (x, y, speed), the attracting point and the desired speed; `table`
+    is `Obstacles.table`; `k` are the parameters of the forces, in the order of
+    `PARAMETERS`.
     """
     force = np.zeros(2)
     dx = goal[0] - robot[X]

@@ -136,19 +136,12 @@ def predict(
 ):
     """Returns the cost of a candidate; infinite if it is not valid.
 
-    Args:
-        robot: (x, y, yaw, v, omega) of the robot.
-        v: The speed of the candidate, in m/s.
-        omega: Its turn rate, in rad/s.
-        humans: Rows of `human_states`.
-        goals: Shape (1 + n, 2): the carrot and the goal of each person.
-        points: Shape (m, 2): the obstacle points.
-        grid: The costmap: costs, the x and y of its origin, resolution.
-        polygon: The footprint of the robot, shape (k, 2).
-        odometry_yaw: The direction of the robot's velocity in the forces, in
-            radians; NaN for its heading.
-        p: See `Parameters`.
-        k: The parameters of the forces.
+    `robot` is (x, y, yaw, v, omega), `v` and `omega` are the candidate. `goals`
+    (1 + n, 2) are the carrot and the goal of each person, `points` (m, 2) the
+    obstacles, `grid` the costs, the x and y of the origin, and the resolution
+    of the costmap, `polygon` (k, 2) the footprint. `odometry_yaw` is the
+    direction of the robot's velocity in the forces, in radians; NaN for its
+    heading.
     """
     costs, ox, oy, resolution = grid
     n = len(humans)

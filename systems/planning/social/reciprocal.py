@@ -53,13 +53,8 @@ _parameters_in = reads(Parameters)
 def avoiding_velocity(own, tx, ty, humans, table, parameters):
     """Returns the safe velocity nearest to a desired one, in W, in m/s.
 
-    Args:
-        own: (x, y, vx, vy) of the center of the robot's disc.
-        tx: The desired velocity along x, in m/s.
-        ty: The same along y.
-        humans: Rows of `human_states`.
-        table: `Obstacles.table`.
-        parameters: See `Parameters`.
+    `own` is (x, y, vx, vy) of the center of the robot's disc, (tx, ty) the
+    desired velocity, `table` `Obstacles.table`.
     """
     p = _parameters_in(parameters)
     walls = opened(table)

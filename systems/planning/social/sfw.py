@@ -204,7 +204,56 @@ class SfwPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        return choose(self, task, view, local, costmap, memory)
+        # Imported here, so that reading a scenario does not load numba.
+        from hunav_drake.systems.planning.social.following import (
+            INSIDE,
+            carrot_at,
+        )
+
+        x, y, yaw = view.robot[: YAW + 1].tolist()
+        odometry_yaw = math.nan
+        if self.legacy_body_frame_velocity:
+            if memory.odometry_yaw is None:
+                memory = memory._replace(odometry_yaw=yaw)
+            odometry_yaw = memory.odometry_yaw or 0.0
+        end = local.poses[-1]
+        left = math.hypot(end[X] - x, end[Y] - y)
+        # A tighter goal tolerance of the task holds here, too.
+        if left < min(self.xy_goal_tolerance, INSIDE * task.goal_tolerance):
+            error = wrap_angle(float(end[YAW]) - yaw)
+            if abs(error) < min(
+                self.yaw_goal_tolerance, INSIDE * task.goal_yaw_tolerance
+            ):
+                return Control(0.0, 0.0, memory.anew())
+            turn = min(
+                self.min_in_place_rot_vel, abs(error) / self.reaction_time(task)
+            )
+            return Control(0.0, math.copysign(turn, error), memory.anew())
+        if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
+            memory = memory.anew(x, y)
+        memory = memory._replace(cycles=memory.cycles + 1)
+        carrot = carrot_at(view, local, self.wp_tolerance)
+        if left < self.slow_distance:
+            pair = _towards(self, task, view, carrot, left)
+            costs = weigh(
+                *(self, task, view, carrot, costmap),
+                np.array([pair]),
+                odometry_yaw=odometry_yaw,
+            ).costs
+            if math.isfinite(costs[0]):
+                return Control(*pair, memory)
+        held = memory.cycles * self.period > self.patience
+        weighed = weigh(
+            *(self, task, view, carrot, costmap),
+            walls=not held,
+            odometry_yaw=odometry_yaw,
+        )
+        best = int(np.argmin(weighed.costs))
+        if not math.isfinite(weighed.costs[best]):
+            fault = "no velocity is free of collision"
+            return Control(0.0, 0.0, memory, fault)
+        v, omega = weighed.velocities[best].tolist()
+        return Control(v, omega, memory)
 
 
 def set_up(planner: SfwPlanner, task: PlanningTask) -> Setup:
@@ -235,65 +284,6 @@ def set_up(planner: SfwPlanner, task: PlanningTask) -> Setup:
     for array in (p, k, candidates):
         array.setflags(write=False)
     return Setup(candidates, p, k)
-
-
-def choose(
-    planner: SfwPlanner,
-    task: PlanningTask,
-    view: View,
-    local: LocalPlan,
-    costmap: Costmap,
-    memory: SfwMemory,
-) -> Control:
-    """Returns the command of one cycle: see `SfwPlanner`."""
-    # Imported here, so that reading a scenario does not load numba.
-    from hunav_drake.systems.planning.social.following import INSIDE, carrot_at
-
-    x, y, yaw = view.robot[: YAW + 1].tolist()
-    odometry_yaw = math.nan
-    if planner.legacy_body_frame_velocity:
-        if memory.odometry_yaw is None:
-            memory = memory._replace(odometry_yaw=yaw)
-        odometry_yaw = memory.odometry_yaw or 0.0
-    end = local.poses[-1]
-    left = math.hypot(end[X] - x, end[Y] - y)
-    # A tighter goal tolerance of the task holds here, too.
-    if left < min(planner.xy_goal_tolerance, INSIDE * task.goal_tolerance):
-        error = wrap_angle(float(end[YAW]) - yaw)
-        if abs(error) < min(
-            planner.yaw_goal_tolerance, INSIDE * task.goal_yaw_tolerance
-        ):
-            return Control(0.0, 0.0, memory.anew())
-        turn = min(
-            planner.min_in_place_rot_vel,
-            abs(error) / planner.reaction_time(task),
-        )
-        return Control(0.0, math.copysign(turn, error), memory.anew())
-    if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
-        memory = memory.anew(x, y)
-    memory = memory._replace(cycles=memory.cycles + 1)
-    carrot = carrot_at(view, local, planner.wp_tolerance)
-    if left < planner.slow_distance:
-        pair = _towards(planner, task, view, carrot, left)
-        costs = weigh(
-            *(planner, task, view, carrot, costmap),
-            np.array([pair]),
-            odometry_yaw=odometry_yaw,
-        ).costs
-        if math.isfinite(costs[0]):
-            return Control(*pair, memory)
-    held = memory.cycles * planner.period > planner.patience
-    weighed = weigh(
-        *(planner, task, view, carrot, costmap),
-        walls=not held,
-        odometry_yaw=odometry_yaw,
-    )
-    best = int(np.argmin(weighed.costs))
-    if not math.isfinite(weighed.costs[best]):
-        fault = "no velocity is free of collision"
-        return Control(0.0, 0.0, memory, fault)
-    v, omega = weighed.velocities[best].tolist()
-    return Control(v, omega, memory)
 
 
 def _towards(
@@ -333,17 +323,10 @@ def weigh(
 ) -> Weighed:
     """Returns candidates and their costs, for inspection, too.
 
-    Args:
-        planner: The parameters.
-        task: The constant data.
-        view: The planner's observation.
-        carrot: The target point (x, y) on the plan.
-        costmap: The local costmap.
-        velocities: The velocities, shape (m, 2), rows (v, omega); by default
-            the 44 candidates.
-        walls: Whether the forces of obstacles count.
-        odometry_yaw: The direction of the robot's velocity in the forces, in
-            radians; NaN for its heading.
+    `carrot` is the target point (x, y) on the plan; `velocities`, shape (m, 2),
+    rows (v, omega), are the 44 candidates by default; `walls` is whether the
+    forces of obstacles count; `odometry_yaw` is the direction of the robot's
+    velocity in the forces, in radians, NaN for its heading.
     """
     from hunav_drake.systems.planning.social.prediction import candidate_costs
 

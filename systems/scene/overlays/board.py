@@ -82,15 +82,7 @@ class Board:
         names: Sequence[str],
         robot: RobotConfig | None,
     ) -> None:
-        """Constructs a Board; `Draw` draws on it.
-
-        Args:
-            meshcat: The Meshcat to draw in.
-            world: The walls.
-            humans: The people.
-            names: The names of their figures.
-            robot: The robot, if there is one.
-        """
+        """Constructs a Board in Meshcat; `names` are those of the figures."""
         self.meshcat = meshcat
         self.names = tuple(names)
         self.walkers = [
@@ -214,10 +206,8 @@ class Board:
 def force_scale(force: np.ndarray) -> tuple[float, float]:
     """Returns the length (m) and direction (rad) of the arrow of a force.
 
-    An arrow is 0.5 m long per m/s^2, and 2 m at most.
-
-    Args:
-        force: The pair (x, y), in m/s^2.
+    An arrow is 0.5 m long per m/s^2, and 2 m at most. The force is a pair (x,
+    y), in m/s^2.
     """
     x, y = force
     length = min(0.5 * math.hypot(x, y), 2.0)

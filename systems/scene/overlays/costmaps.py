@@ -26,12 +26,8 @@ def ShowCostmap(
 ) -> None:
     """Shows a costmap in a live view, replacing the previous one.
 
-    Args:
-        meshcat: The Meshcat to draw in.
-        path: The Meshcat path of its pictures.
-        count: The number of costmaps shown before.
-        costmap: The map.
-        height: The height above the floor, in meters.
+    Its pictures are below the Meshcat path `path`; `count` is the number of
+    costmaps shown before, `height` that above the floor, in meters.
     """
     if not costmap.costs.size:
         meshcat.Delete(f"{path}/shown")
@@ -50,15 +46,9 @@ def RecordCostmap(
     height: float,
     times: tuple[float, float],
 ) -> None:
-    """Shows a costmap in a recording for some time.
+    """Shows a costmap in a recording from a start to an end time.
 
-    Args:
-        meshcat: The Meshcat that records.
-        path: The Meshcat path of its pictures.
-        count: The number of costmaps recorded before.
-        costmap: The map.
-        height: The height above the floor, in meters.
-        times: The start and end time of its display, in seconds.
+    `times` are in seconds; the rest is as in `ShowCostmap`.
     """
     if not costmap.costs.size:
         return
@@ -73,9 +63,7 @@ def RecordCostmap(
 def CostmapBoard(costmap: Costmap, height: float) -> Mesh:
     """Returns a costmap as a flat board at its position, for Meshcat.
 
-    Args:
-        costmap: A costmap with at least one cell.
-        height: The height above the floor, in meters.
+    It has at least one cell; `height` is that above the floor, in meters.
     """
     rows, columns = costmap.costs.shape
     x, y = costmap.origin

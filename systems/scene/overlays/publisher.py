@@ -373,14 +373,9 @@ def _kinds_of_forces(row: Array) -> tuple[Array, Array, Array]:
 
 
 def spread(path: Array, count: int) -> Array:
-    """Returns evenly spaced points along a path.
+    """Returns evenly spaced points (count, 2) along a path with rows (x, y).
 
-    Args:
-        path: Shape (k, 2) or more columns, rows (x, y, ...); k > 0.
-        count: The number of points.
-
-    Returns:
-        Shape (count, 2), from the first to the last point of the path.
+    They go from its first to its last point.
     """
     points = path[:, :2]
     steps = np.hypot(*np.diff(points, axis=0).T)

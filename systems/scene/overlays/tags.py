@@ -33,12 +33,9 @@ def tag_text(name: str, behavior: str, activity: str = "") -> str:
 def tag_picture(
     text: str, reacts: bool = False, letters: int = _LETTERS
 ) -> Image.Image:
-    """Returns a text on a board as an RGBA picture.
+    """Returns a line of text on a board as an RGBA picture.
 
-    Args:
-        text: The text, in one line.
-        reacts: Whether it has the color of people who react.
-        letters: The size of letters, in pixels.
+    `reacts` gives it the color of people who react; letters are in pixels.
     """
     ink, board = _REACTING if reacts else _CALM
     font = ImageFont.load_default(letters)

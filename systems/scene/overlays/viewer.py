@@ -1,5 +1,7 @@
 """Publishes figures to Meshcat while a browser shows it or it records."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from pydrake.geometry import (
@@ -146,3 +148,22 @@ class MeshcatViewer(LeafSystem):
         )
         self._shown.ForcedPublish(self._scratch)
         return EventStatus.Succeeded()
+
+
+@contextmanager
+def RecordReplay(
+    visualizer: MeshcatViewer | MeshcatVisualizer, *, live: bool = False
+) -> Iterator[None]:
+    """Records a visualizer (`ScenePorts.visualizer`) while the block runs.
+
+    Afterwards the recording is in the visualizer's Meshcat, for SaveReplay,
+    also if the block raises an error. It replaces a previous recording. `live`
+    is whether browsers show the run while it is recorded.
+    """
+    visualizer.DeleteRecording()
+    visualizer.StartRecording(set_transforms_while_recording=live)
+    try:
+        yield
+    finally:
+        visualizer.StopRecording()
+        visualizer.PublishRecording()
