@@ -79,11 +79,8 @@ class LocalPlanner(LeafSystem):
     def __init__(self, planner: PurePlanner, task: PlanningTask) -> None:
         """Constructs a LocalPlanner.
 
-        Args:
-            planner: The planner.
-            task: The data of the robot and the world. The system is updated
-                every ``task.time_step``, for any period, so that all parts of a
-                trial move at the same instants.
+        The system is updated every ``task.time_step``, for any period, so that
+        all parts of a trial move at the same instants.
 
         Raises:
             TypeError: If the planner's ``initial_memory`` is mutable, or its

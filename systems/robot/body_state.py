@@ -43,12 +43,10 @@ class BodyState(LeafSystem):
     """
 
     def __init__(self, body_index: BodyIndex, radius: float) -> None:
-        """Constructs a BodyState.
+        """Constructs a BodyState of a body in the plant.
 
-        Args:
-            body_index: The body in the plant.
-            radius: The radius of the robot's disc for people, around the body's
-                origin, in meters.
+        The radius of the robot's disc for people is around the body's origin,
+        in meters.
 
         Raises:
             ValueError: If ``radius`` is not positive and finite.

@@ -28,7 +28,7 @@ def count_contacts(
     closing: Array,
     duration: float,
 ) -> Array:
-    """Returns the memory of contacts at the end of a step.
+    """Returns the memory of contacts, rows of `MEMORY_SIZE`, after a step.
 
     A new contact is attributed to the one who approached faster, or to both if
     they are equally fast (the rule of SEAN). The larger of the current and the
@@ -38,20 +38,10 @@ def count_contacts(
     overlapped at the start), both are. Each contact is attributed to at least
     one of the two.
 
-    Args:
-        memory: Shape (n, MEMORY_SIZE), at the start of the step.
-        touching: Shape (n,): whether each person touches the robot in this
-            step.
-        forces: Shape (n, 2): the forces of people on the robot in W, in
-            newtons; None if they are not computed.
-        gaps: Shape (n,), the gaps between the robot's disc and the bodies at
-            the start of the step, in meters.
-        closing: Shape (2, n), the approach speeds of robot and people then, in
-            m/s: see `closing_speeds`.
-        duration: The length of the step, in seconds.
-
-    Returns:
-        Shape (n, MEMORY_SIZE).
+    `touching` (n,) is for this step; `forces` (n, 2) are those of people on the
+    robot in W, in newtons, None if they are not computed; `gaps` (n,), in
+    meters, and `closing` (2, n), the `closing_speeds`, are those at the start
+    of the step; `duration` is its length, in seconds.
     """
     lasted = memory[:, Contact.LASTS] > 0
     if not (touching.any() or lasted.any()):

@@ -31,6 +31,7 @@ from hunav_drake.systems.crowd.walls.keep_out import (
 )
 from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE, count_contacts
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot.robot_driver import next_velocity
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_wall
 
 
@@ -75,11 +76,7 @@ class DifferentialDrive(LeafSystem):
     ) -> None:
         """Constructs a DifferentialDrive that starts at rest.
 
-        Args:
-            config: The radius, the limits and the start of the robot.
-            time_step: The time between two updates, in seconds.
-            obstacles: The walls; none by default.
-            walls_stop: Whether walls stop the robot.
+        There are no walls by default; `time_step` is in seconds.
 
         Raises:
             ValueError: If ``time_step`` is not positive.
@@ -143,26 +140,12 @@ class DifferentialDrive(LeafSystem):
         output.SetFromVector(row)
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        wanted_v, wanted_omega = self._velocity_command.Eval(context).tolist()
-        if not (math.isfinite(wanted_v) and math.isfinite(wanted_omega)):
-            raise RuntimeError(
-                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" velocity_command must be finite, got ({wanted_v},"
-                f" {wanted_omega}). Look at the planner that gives it."
-            )
         state = context.get_discrete_state(self._state).value()
-        x, y, yaw, v, omega = state.tolist()
+        x, y, yaw, *velocity = state.tolist()
         dt = self._time_step
-        limits = self._limits
-        v = _approach(
-            v,
-            _clip(wanted_v, -limits.max_reverse_speed, limits.max_speed),
-            limits.max_acceleration * dt,
-        )
-        omega = _approach(
-            omega,
-            _clip(wanted_omega, -limits.max_turn_rate, limits.max_turn_rate),
-            limits.max_turn_acceleration * dt,
+        v, omega = next_velocity(
+            *(self, context, self._velocity_command, velocity),
+            *(self._limits, dt),
         )
         turn = omega * dt
         # The chord of the arc: its length is that of the arc times sin(turn/2)
@@ -225,12 +208,3 @@ class DifferentialDrive(LeafSystem):
     def _CalcWallContact(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(self._memory).value()
         output.SetFromVector(memory[:CONTACT_SIZE])
-
-
-def _clip(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
-
-
-def _approach(value: float, target: float, most: float) -> float:
-    """Returns the value moved towards the target by at most `most`."""
-    return value + _clip(target - value, -most, most)

@@ -59,11 +59,7 @@ class DiscContacts(LeafSystem):
     def __init__(
         self, humans: Sequence[HumanConfig], *, time_step: float = 0.05
     ) -> None:
-        """Constructs a DiscContacts without contacts.
-
-        Args:
-            humans: The people, in the order of ``human_states``.
-            time_step: The time between two updates, in seconds.
+        """Constructs a DiscContacts without contacts; `time_step` in seconds.
 
         Raises:
             ValueError: If ``time_step`` is not positive.

@@ -45,11 +45,8 @@ _HOLD = PdControllerGains(p=1e4, d=1e3)
 class DrivenModel:
     """A model with motors in a plant that is not finalized yet.
 
-    Attributes:
-        instance: The model instance.
-        base: The body with the pose of the robot.
-        motors: The joints of the drive, in the order of their speeds.
-        signs: See `ModelFacts`.
+    The body `base` has the pose of the robot; `motors` are the joints of the
+    drive, in the order of their speeds; `signs` are in `ModelFacts`.
     """
 
     instance: ModelInstanceIndex

@@ -79,14 +79,10 @@ class PlantContacts(LeafSystem):
     ) -> None:
         """Constructs a PlantContacts without contacts.
 
-        Args:
-            bodies: The bodies of people in the plant.
-            humans: The people.
-            time_step: The time between two steps of people, in seconds.
-            plant_step: The time between two steps of the plant.
-            reach: The reach of the robot's shapes from its position, in meters.
-                While nobody can come within it before the next step of people,
-                the plant's contacts are not evaluated.
+        People step every `time_step`, the plant every `plant_step`, in seconds.
+        While nobody can come within the `reach` of the robot's shapes, in
+        meters, before the next step of people, the plant's contacts are not
+        evaluated.
         """
         super().__init__()
         n = len(bodies)

@@ -76,12 +76,10 @@ def AddModel(
 class ModelFacts:
     """The properties of a checked model.
 
-    Attributes:
-        root: The root body of the model; empty if the world carries it.
-        X_RB: The pose of the base B in the root R.
-        height: The height of the base above the floor, in meters.
-        signs: For each wheel, 1 if a positive joint rate drives forwards, else
-            -1; empty for other drives.
+    `root` is the root body R of the model, empty if the world carries it;
+    `height` that of the base B above the floor, in meters. `signs` has for each
+    wheel 1 if a positive joint rate drives forwards, else -1; it is empty for
+    other drives.
     """
 
     root: str

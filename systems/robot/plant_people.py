@@ -139,11 +139,8 @@ class PeopleDriver(LeafSystem):
     ) -> None:
         """Constructs a PeopleDriver.
 
-        Args:
-            num_humans: The number of people.
-            time_step: The time between two steps of people, in seconds.
-            plant_step: The time between two steps of the plant: the time step,
-                or a half, a quarter ... of it.
+        People step every `time_step`, in seconds, the plant every `plant_step`:
+        the same, or a half, a quarter ... of it.
         """
         super().__init__()
         self._plant_step = plant_step

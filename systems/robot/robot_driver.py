@@ -1,6 +1,6 @@
 """The velocity controller of a robot in a plant."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import math
 
 from pydrake.systems.framework import (
@@ -53,14 +53,10 @@ class RobotDriver(LeafSystem):
     ) -> None:
         """Constructs a RobotDriver that starts at rest.
 
-        Args:
-            limits: The limits of the robot.
-            motor_speeds: The function that gives the speeds of the motors.
-            held_places: The positions that all motors hold. Motors of the drive
-                hold speeds and have no spring, so theirs do not count.
-            period: The time between two updates, in seconds.
-            needs_heading: Whether ``motor_speeds`` depends on the heading; if
-                not, there is no port ``robot_state``.
+        `held_places` are the positions that all motors hold. Motors of the
+        drive hold speeds and have no spring, so theirs do not count. Without
+        `needs_heading` there is no port ``robot_state``. `period` is in
+        seconds.
         """
         super().__init__()
         self._limits = limits
@@ -98,25 +94,11 @@ class RobotDriver(LeafSystem):
         return self._desired_state
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        wanted_v, wanted_omega = self._velocity_command.Eval(context).tolist()
-        if not math.isfinite(wanted_v + wanted_omega):
-            raise RuntimeError(
-                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" velocity_command must be finite, got ({wanted_v},"
-                f" {wanted_omega}). Look at the planner that gives it."
-            )
         before = context.get_discrete_state(self._speeds).value().tolist()
-        v, omega = before
-        limits, period = self._limits, self._period
-        v = _approach(
-            v,
-            min(max(wanted_v, -limits.max_reverse_speed), limits.max_speed),
-            limits.max_acceleration * period,
-        )
-        omega = _approach(
-            omega,
-            min(max(wanted_omega, -limits.max_turn_rate), limits.max_turn_rate),
-            limits.max_turn_acceleration * period,
+        period = self._period
+        v, omega = next_velocity(
+            *(self, context, self._velocity_command, before),
+            *(self._limits, period),
         )
         if self._robot_state is None and [v, omega] == before:
             return
@@ -130,6 +112,45 @@ class RobotDriver(LeafSystem):
         discrete_state.set_value(self._speeds, [v, omega])
 
 
+def next_velocity(
+    system: LeafSystem,
+    context: Context,
+    command: InputPort,
+    velocity: Sequence[float],
+    limits: RobotLimits,
+    dt: float,
+) -> tuple[float, float]:
+    """Returns (v, omega) after a step towards a command within limits.
+
+    Raises:
+        RuntimeError: If the command is not finite.
+    """
+    wanted_v, wanted_omega = command.Eval(context).tolist()
+    if not (math.isfinite(wanted_v) and math.isfinite(wanted_omega)):
+        raise RuntimeError(
+            f"{system.GetSystemPathname()}, t = {context.get_time():.3f} s:"
+            f" velocity_command must be finite, got ({wanted_v},"
+            f" {wanted_omega}). Look at the planner that gives it."
+        )
+    v, omega = velocity
+    return (
+        _approach(
+            v,
+            _clip(wanted_v, -limits.max_reverse_speed, limits.max_speed),
+            limits.max_acceleration * dt,
+        ),
+        _approach(
+            omega,
+            _clip(wanted_omega, -limits.max_turn_rate, limits.max_turn_rate),
+            limits.max_turn_acceleration * dt,
+        ),
+    )
+
+
+def _clip(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
+
+
 def _approach(value: float, target: float, most: float) -> float:
     """Returns the value moved towards the target by at most `most`."""
-    return value + min(max(target - value, -most), most)
+    return value + _clip(target - value, -most, most)

@@ -3,19 +3,14 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
 from pydrake.geometry import Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, InputPort
-from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label, labels_taken
-from hunav_drake.systems.scene.palette import clothes
-from hunav_drake.systems.scene.scene import figure_names, joint_positions
-from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
+from hunav_drake.systems.scene.scene import AddKinematics, AddPeople
 
 
 class FigurePorts(NamedTuple):
@@ -61,38 +56,11 @@ def AddFigures(
     plant = MultibodyPlant(time_step=0.0)
     plant.set_name(name)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    joints = [
-        AddHumanBody(
-            plant,
-            instance,
-            radius=human.radius,
-            clothes=clothes(i),
-            telephone=human.behavior_name == "distracted",
-            label=labels[i],
-        )
-        for i, (instance, human) in enumerate(
-            zip(figure_names(humans), humans, strict=True)
-        )
-    ]
+    joints = AddPeople(plant, humans, labels)
     plant.Finalize()
     inner = DiagramBuilder()
-    kinematics = inner.AddNamedSystem(
-        "kinematics",
-        SceneKinematics(
-            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
-            None,
-            num_positions=plant.num_positions(),
-            time_step=time_step,
-        ),
-    )
-    poses = inner.AddNamedSystem(
-        "geometry_poses", MultibodyPositionToGeometryPose(plant)
-    )
-    inner.Connect(
-        kinematics.get_positions_output_port(), poses.get_input_port()
-    )
-    inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
-    inner.ExportOutput(poses.get_output_port(), "geometry_pose")
+    _, poses = AddKinematics(inner, plant, joints, [], time_step)
+    inner.ExportOutput(poses, "geometry_pose")
     figures = builder.AddNamedSystem(name, inner.Build())
     builder.Connect(
         figures.get_output_port(),

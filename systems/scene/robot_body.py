@@ -35,12 +35,7 @@ def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
 
     Its deck is a disc of the robot's radius; a lidar, a lamp and an arrow on
     the deck show its heading (+x at yaw 0). It has no mass and no collision
-    geometry.
-
-    Args:
-        plant: A plant that is registered with a SceneGraph and not finalized.
-        name: The name of the model instance, unique in the plant.
-        radius: The radius of the robot's disc, in meters.
+    geometry. The plant is registered with a SceneGraph and not finalized.
 
     Returns:
         The joint of its base, with the positions x, y and yaw.

@@ -140,41 +140,18 @@ def AddScene(
     AddWorld(plant, world)
     AddGoalMarks(plant, humans, robot)
     human_names = figure_names(humans)
-    joints = [
-        AddHumanBody(
-            plant,
-            name,
-            radius=human.radius,
-            clothes=clothes(i),
-            telephone=human.behavior_name == "distracted",
-            label=human_label(i),
-            level=i,
-        )
-        for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
-    ]
+    joints = AddPeople(
+        plant, humans, [human_label(i) for i in range(len(humans))], apart=True
+    )
     robot_joints = _AddRobot(plant, robot) if robot else []
     plant.Finalize()
 
-    kinematics = inner.AddNamedSystem(
-        "kinematics",
-        SceneKinematics(
-            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
-            joint_positions(robot_joints) if robot_joints else None,
-            num_positions=plant.num_positions(),
-            time_step=time_step,
-        ),
-    )
-    poses = inner.AddNamedSystem(
-        "geometry_poses", MultibodyPositionToGeometryPose(plant)
+    kinematics, poses = AddKinematics(
+        inner, plant, joints, robot_joints, time_step
     )
     inner.Connect(
-        kinematics.get_positions_output_port(), poses.get_input_port()
+        poses, scene_graph.get_source_pose_port(plant.get_source_id())
     )
-    inner.Connect(
-        poses.get_output_port(),
-        scene_graph.get_source_pose_port(plant.get_source_id()),
-    )
-    inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
     if robot:
         inner.ExportInput(
             kinematics.get_robot_state_input_port(), "robot_state"
@@ -218,6 +195,66 @@ def AddScene(
         human_names=human_names,
         visualizer=visualizer,
     )
+
+
+def AddPeople(
+    plant: MultibodyPlant,
+    humans: Sequence[HumanConfig],
+    labels: Sequence[int],
+    *,
+    apart: bool = False,
+) -> list[list[Joint]]:
+    """Adds the figures of people to a plant; returns the joints of each.
+
+    `labels` are those in label images; `apart` is whether discs differ in
+    height: see `AddHumanBody`.
+    """
+    return [
+        AddHumanBody(
+            plant,
+            name,
+            radius=human.radius,
+            clothes=clothes(i),
+            telephone=human.behavior_name == "distracted",
+            label=labels[i],
+            level=i if apart else 0,
+        )
+        for i, (name, human) in enumerate(
+            zip(figure_names(humans), humans, strict=True)
+        )
+    ]
+
+
+def AddKinematics(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    joints: Sequence[Sequence[Joint]],
+    robot_joints: Sequence[Joint],
+    time_step: float,
+) -> tuple[SceneKinematics, OutputPort]:
+    """Adds what poses the figures of a plant; exports "human_states".
+
+    Returns the kinematics, and the port with the poses of the geometry.
+    """
+    kinematics = builder.AddNamedSystem(
+        "kinematics",
+        SceneKinematics(
+            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
+            joint_positions(robot_joints) if robot_joints else None,
+            num_positions=plant.num_positions(),
+            time_step=time_step,
+        ),
+    )
+    poses = builder.AddNamedSystem(
+        "geometry_poses", MultibodyPositionToGeometryPose(plant)
+    )
+    builder.Connect(
+        kinematics.get_positions_output_port(), poses.get_input_port()
+    )
+    builder.ExportInput(
+        kinematics.get_human_states_input_port(), "human_states"
+    )
+    return kinematics, poses.get_output_port()
 
 
 def _AddRobot(plant: MultibodyPlant, robot: RobotConfig) -> Sequence[Joint]:

@@ -53,13 +53,10 @@ class SceneKinematics(LeafSystem):
     ) -> None:
         """Constructs a SceneKinematics.
 
-        Args:
-            human_positions: Shape (n, 10): the indices of each figure's
-                positions in those of the plant (in the order of `gait`).
-            robot_positions: Shape (3,): the same for x, y and yaw of the robot;
-                None without a robot.
-            num_positions: The number of positions of the plant.
-            time_step: The time between two updates, in seconds.
+        `human_positions`, shape (n, 10), are the indices of each figure's
+        positions in those of the plant (in the order of `gait`), and
+        `robot_positions` those of x, y and yaw of the robot; None without a
+        robot.
         """
         super().__init__()
         self._human_positions = np.asarray(human_positions, dtype=np.int64)

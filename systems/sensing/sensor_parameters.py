@@ -81,11 +81,7 @@ class LidarParameters(Mount):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.range_max <= self.range_min:
-            raise _fault(
-                f"range_max must be above range_min ({self.range_min:g} m),"
-                f" got {self.range_max:g}"
-            )
+        _check_ranges(self.range_min, self.range_max)
         if self.people == "legs" and self.height > LEG_HEIGHT:
             raise _fault(
                 f"height must be at most {LEG_HEIGHT:g} m where it meets legs,"
@@ -158,13 +154,16 @@ class CameraParameters(Mount):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.range_max <= self.range_min:
-            raise _fault(
-                f"range_max must be above range_min ({self.range_min:g} m),"
-                f" got {self.range_max:g}"
-            )
+        _check_ranges(self.range_min, self.range_max)
         return self
 
 
 def _fault(rule: str) -> PydanticCustomError:
     return PydanticCustomError("rule", "{rule}", {"rule": rule})
+
+
+def _check_ranges(low: float, high: float) -> None:
+    if high <= low:
+        raise _fault(
+            f"range_max must be above range_min ({low:g} m), got {high:g}"
+        )

@@ -58,11 +58,7 @@ class VisiblePeople(LeafSystem):
     ) -> None:
         """Constructs a VisiblePeople.
 
-        Args:
-            config: Its range, field of view and mount.
-            obstacles: The obstacles that occlude people, such as walls; none by
-                default.
-            num_humans: The number of people.
+        `obstacles` occlude people, such as walls; none by default.
 
         Raises:
             ValueError: If ``num_humans`` is negative.

@@ -23,15 +23,11 @@ _ONLY_LETHAL = np.array([float(LETHAL)])
 class Surroundings(NamedTuple):
     """The data that layers are made from, at one instant.
 
-    Attributes:
-        walls: The walls of the world, by `static_map`.
-        discs: Shape (n, 3): the people to mark, (x, y, radius).
-        humans: Rows of `human_states`: the people with social costs.
-        robot: The disc (x, y, radius) that stays free of marks; a negative
-            radius for none.
-        graded: The inflation costs: see `inflation_costs`.
-        social: See `social_parameters`.
-        marks: The marks of a lidar; None for the ground truth.
+    `walls` are those of the world; `discs` (n, 3) the people to mark, (x, y,
+    radius); `humans` the rows of those with social costs; `robot` the disc that
+    stays free of marks, with a negative radius for none; `marks` those of a
+    lidar, None for the ground truth. `graded` are `inflation_costs`, `social`
+    are `social_parameters`.
     """
 
     walls: StaticMap

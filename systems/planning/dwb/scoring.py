@@ -33,17 +33,11 @@ class Critic(IntEnum):
 class Parameters(NamedTuple):
     """The bounds of samples and the parameters of scores; all are floats.
 
-    Attributes:
-        low: The minimum speed, in m/s.
-        high: The maximum speed, in m/s.
-        turn: The maximum turn rate, in rad/s.
-        reach_time: The time within which samples are reached, in seconds.
-        speeds: The number of sampled speeds.
-        turns: The number of sampled turn rates.
-        at_once: 1 if a sample is held from the start on, else 0.
-
-    The others are those of `DwbPlanner`, its critics and their weights;
-    `time_granularity` is 0 if it is None, and `sum_scores` 1 or 0.
+    Speeds are in [low, high], in m/s, turn rates up to `turn`, in rad/s:
+    `speeds` and `turns` samples, reached within `reach_time`, in seconds.
+    `at_once` is 1 if a sample is held from the start on, else 0. The others are
+    those of `DwbPlanner`, its critics and their weights; `time_granularity` is
+    0 if it is None, and `sum_scores` 1 or 0.
     """
 
     low: float
@@ -87,15 +81,7 @@ parameters_in = reads(Parameters)
 
 
 class Targets(NamedTuple):
-    """The targets that trajectories are compared with.
-
-    Attributes:
-        row: The row of GoalDist's cell.
-        column: Its column.
-        ahead_row: The row of GoalAlign's cell.
-        ahead_column: Its column.
-        yaw: The heading of the goal, in radians.
-    """
+    """The cells of GoalDist and (`ahead_`) GoalAlign, and the goal's yaw."""
 
     row: float
     column: float
@@ -107,11 +93,8 @@ class Targets(NamedTuple):
 class Latches(NamedTuple):
     """The modes of critics that depend on their memory.
 
-    Attributes:
-        rotating: The mode of RotateToGoal: 0 off, 1 slow down, 2 turn.
-        v_sign: The sign that Oscillation allows for v; 0 for both.
-        w_sign: The same for w.
-        path_align: Whether PathAlign is on.
+    `rotating` is that of RotateToGoal: 0 off, 1 slow down, 2 turn. Oscillation
+    allows the signs `v_sign` and `w_sign`; 0 for both.
     """
 
     rotating: int

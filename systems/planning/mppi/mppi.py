@@ -167,15 +167,11 @@ class CriticSettings:
 class Setting(NamedTuple):
     """Values derived from the parameters and the task.
 
-    Attributes:
-        p: The parameters by name.
-        values: The parameters as an array for kernels.
-        weights: Shape (11,): the weights of the critics, by `Critic`.
-        forces: The parameters of the social force.
-        steps: The number of steps of a rollout.
-        hold: The number of steps for which a command holds; the controls shift
-            by as many per cycle. 0 for steps longer than a cycle, where they do
-            not shift.
+    `p` are the parameters, also as an array for kernels: `values`. `weights`,
+    shape (11,), are those of the critics, by `Critic`; `forces` those of the
+    social force. A rollout has `steps` steps, for `hold` of which a command
+    holds; the controls shift by as many per cycle. 0 is for steps longer than a
+    cycle, where they do not shift.
     """
 
     p: Parameters

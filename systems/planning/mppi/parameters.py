@@ -28,18 +28,10 @@ NUM_SCORES = 1 + len(Critic)
 class Parameters(NamedTuple):
     """The bounds of rollouts and the parameters of scores; all are floats.
 
-    Attributes:
-        dt: The time step of rollouts, in seconds.
-        min_v: The minimum speed, in m/s.
-        max_v: The maximum speed, in m/s.
-        max_turn: The maximum turn rate, in rad/s.
-        acc_v: The maximum linear acceleration, in m/s^2.
-        acc_turn: The maximum angular acceleration, in rad/s^2.
-        std_v: The standard deviation of the noise of speeds, in m/s.
-        std_turn: That of the noise of turn rates, in rad/s.
-        hold: The number of steps for which a command holds: see `Setting`.
-
-    The others are those of `MppiPlanner` and its `CriticSettings`.
+    `dt` is the time step of rollouts, `v` are speeds, `turn` turn rates, `acc`
+    their maximum rates of change, and `std` the standard deviations of their
+    noise; in SI units. A command holds for `hold` steps: see `Setting`. The
+    others are those of `MppiPlanner` and its `CriticSettings`.
     """
 
     dt: float

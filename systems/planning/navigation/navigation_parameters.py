@@ -110,16 +110,10 @@ class Recoveries:
 class NavigationSetup(NamedTuple):
     """Values derived from the parameters and the task, computed once.
 
-    Attributes:
-        maps: Builds the costmaps: a `Maps`.
-        robot_radius: The radius of the robot in planning, in meters.
-        footprint: The footprint of the robot, shape (16, 2).
-        window: Half the side length of the local costmap, in meters.
-        failure_tolerance: The time without a command that is tolerated, in
-            seconds.
-        recoveries: The kinds of recoveries, in order.
-        one_at_a_time: Whether each failure runs only the next one, in turn.
-        update_period: The update period of the local costmap, in seconds.
+    `maps` is a `Maps`; `robot_radius`, in meters, and `footprint`, shape (16,
+    2), are those of the robot in planning; `window` is half the side length of
+    the local costmap, in meters. The others are those of the profile or the
+    parameter of that name.
     """
 
     maps: Any

@@ -38,11 +38,7 @@ from hunav_drake.systems.world.walls import opened
 class Parameters(NamedTuple):
     """The parameters of prediction and costs; all are floats.
 
-    Attributes:
-        steps: The number of steps.
-        dt: The duration of a step, in seconds.
-
-    The others are those of `SfwPlanner`.
+    There are `steps` of `dt` seconds. The others are those of `SfwPlanner`.
     """
 
     steps: float

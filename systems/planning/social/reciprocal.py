@@ -25,15 +25,8 @@ from hunav_drake.systems.world.walls import opened
 class Parameters(NamedTuple):
     """The parameters of the avoidance; all are floats.
 
-    Attributes:
-        speed: The maximum speed, in m/s.
-        radius_to_people: In meters.
-        radius_to_walls: In meters.
-        neighbor_distance: See `OrcaPlanner`.
-        horizon: Its `time_horizon`, in seconds.
-        wall_horizon: See there.
-        share: See there.
-        step: The time in which overlapping discs separate, in seconds.
+    `speed` is the maximum, `horizon` is `time_horizon`, and in `step` seconds
+    overlapping discs separate. The others are as in `OrcaPlanner`; in SI units.
     """
 
     speed: float

@@ -144,15 +144,10 @@ class OverlayPublisher(LeafSystem):
     ) -> None:
         """Constructs an OverlayPublisher.
 
-        Args:
-            board: The board to draw on.
-            shown: The overlays that are visible initially.
-            period: The time between two frames, in seconds.
-            is_due: Returns whether to draw the frame of a Context, if it is not
-                forced.
-            is_recording: Returns whether Meshcat records.
-            scan_angles: The angles of the lidar's rays relative to the robot's
-                heading, in radians; the rays begin at its center.
+        `shown` are the overlays that are visible initially; `is_due` returns
+        whether to draw the frame of a Context, if it is not forced.
+        `scan_angles` are those of the lidar's rays relative to the robot's
+        heading, in radians; the rays begin at its center.
         """
         super().__init__()
         self._board = board

@@ -58,11 +58,8 @@ class MeshcatViewer(LeafSystem):
     ) -> None:
         """Constructs a MeshcatViewer.
 
-        Args:
-            plant: A finalized plant that is a source of the SceneGraph.
-            scene_graph: The geometry; it is copied.
-            meshcat: The Meshcat to publish to.
-            period: The time between two frames, in seconds.
+        The finalized plant is a source of the SceneGraph, which is copied;
+        `period` is the time between two frames, in seconds.
         """
         super().__init__()
         self._meshcat = meshcat
