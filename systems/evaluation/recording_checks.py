@@ -106,7 +106,7 @@ def per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
     try:
         values = tuple(values)
     except TypeError as error:
-        raise ValueError(f"recording.{name}: is no list: {error}") from error
+        raise ValueError(f"recording.{name}: is not a list: {error}") from error
     if not values:
         return tuple(default)
     if len(values) != len(default):

@@ -43,7 +43,7 @@ def from_arrays(arrays: Arrays) -> Any:
     try:
         return _value(json.loads(str(arrays[_FORM])), arrays)
     except (LookupError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(f"is no value: {error!r}") from error
+        raise ValueError(f"holds no value: {error!r}") from error
 
 
 def _form(value: Any, arrays: Arrays, what: str) -> Any:

@@ -136,8 +136,8 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
         if base not in plant.GetBodiesWeldedTo(root):
             raise ModelFault(
                 ("base",),
-                f"{shown(source.base)} moves against {shown(root.name())},"
-                f" which it hangs on; choose {shown(root.name())}",
+                f"{shown(source.base)} moves relative to {shown(root.name())},"
+                f" which carries it; choose {shown(root.name())}",
             )
         height, signs = _check_wheels(plant, context, base, joints, drive)
     elif isinstance(drive, PlanarBase) and (drive.x or drive.y or drive.yaw):

@@ -176,7 +176,7 @@ class PeopleDriver(LeafSystem):
             raise RuntimeError(
                 f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
                 " human_states must be finite: a physical robot needs people"
-                " who are there from the start to the end; choose the robot"
+                " who are present from start to end; choose the robot"
                 " differential_drive for others"
             )
         step = round(context.get_time() / self._plant_step) % self._steps

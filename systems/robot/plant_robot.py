@@ -118,7 +118,7 @@ def AddPlantRobot(
         if builder.HasSubsystemNamed(taken):
             raise ValueError(
                 f"the diagram has a system named {taken!r} already, and the"
-                f" robot {type(config).__name__} needs one of its own"
+                f" robot {type(config).__name__} needs this name"
             )
     step = plant_step(task.time_step, body.max_step)
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())

@@ -459,7 +459,7 @@ def candidates(
     weighed = _weigh(planner, task, view, local, costmap, memory or DwbMemory())
     best, vs, ws, scores, _ = weighed
     if best == -2:
-        raise ValueError(f"there is nothing to weigh: {_FAULTS[best]}")
+        raise ValueError(f"there are no candidates: {_FAULTS[best]}")
     velocities = np.column_stack([np.repeat(vs, len(ws)), np.tile(ws, len(vs))])
     state, values = robot_state(view), dynamics(planner, task).values
     paths = [roll_out(state, v, w, values) for v, w in velocities]
