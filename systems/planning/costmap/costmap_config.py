@@ -33,9 +33,9 @@ class ObstacleLayer:
     or "lidar" (the hits of the first lidar of the trial)."""
 
     people_in_scan: StrictBool = True
-    """Whether a lidar detects people; for source "ground_truth" only. (A lidar
-    at foot height detects them; some lidars in Gazebo do not detect its
-    actors.)"""
+    """Whether a lidar would detect people; for source "ground_truth" only. A
+    lidar at foot height does; some lidars in Gazebo do not detect its actors.
+    """
 
     person_radius: BodyRadius = 0.2
     """Radius of the disc that represents a person's feet, in meters."""
