@@ -8,11 +8,11 @@ from hunav_drake.systems.evaluation.metrics import select_metrics
 
 HEAD = """# Metrics
 
-All that a trial is measured by, as `hunav metrics show all` has it. A gap is
-the distance between the surfaces of two discs, those of the robot and of a
-person, and 0 where they overlap. The samples are numbered from 0 to N. Those
-of the paper's Table I are marked with I. `evaluator: {metrics: [...]}` chooses
-by name or by family; how to add one: [a metric of your own](own_metric.md).
+The metrics of a trial, as `hunav metrics show all` prints them. A gap is the
+distance between the surfaces of two discs, the robot's and a person's, and 0
+where they overlap. Samples are numbered from 0 to N. Metrics of the paper's
+Table I are marked. `evaluator: {metrics: [...]}` selects by name or family; to
+add one, see [a metric of your own](own_metric.md).
 """
 
 _BETTER = {"lower": "lower", "higher": "higher", "none": ""}

@@ -360,7 +360,7 @@ def _recording(
     """Returns a context manager that records a trial in Meshcat, if any."""
     if meshcat is None:
         return nullcontext()
-    from hunav_drake.systems.scene.record_replay import RecordReplay
+    from hunav_drake.systems.scene.overlays.viewer import RecordReplay
 
     scene = diagram.GetSubsystemByName("scene")
     visualizer = scene.GetSubsystemByName("meshcat_visualizer")

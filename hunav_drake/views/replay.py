@@ -33,7 +33,7 @@ from hunav_drake.systems.scene.bounds import (
     scene_bounds,
     view_axes,
 )
-from hunav_drake.systems.scene.record_replay import RecordReplay
+from hunav_drake.systems.scene.overlays.viewer import RecordReplay
 from hunav_drake.systems.world.shapes import World
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""Recording a trial, and computing social-navigation metrics from it."""
+"""Recordings of trials and their social-navigation metrics."""
 
 import lazy_loader
 

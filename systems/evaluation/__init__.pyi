@@ -2,6 +2,7 @@ from .compute import (
     compute_by_behavior as compute_by_behavior,
     compute_metrics as compute_metrics,
     compute_steps as compute_steps,
+    count_people as count_people,
 )
 from .evaluator import Evaluator as Evaluator
 from .evaluator_config import EvaluatorConfig as EvaluatorConfig
@@ -11,6 +12,5 @@ from .metrics import (
     register_metric as register_metric,
     select_metrics as select_metrics,
 )
-from .presence import count_people as count_people
 from .recording import Recording as Recording
 from .running_metrics import RunningMetric as RunningMetric

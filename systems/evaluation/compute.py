@@ -1,4 +1,4 @@
-"""Metrics of a recording as pandas tables."""
+"""Metrics and people of a recording as pandas tables."""
 
 from collections.abc import Iterable
 
@@ -15,7 +15,7 @@ def compute_metrics(
     """Returns the values of metrics.
 
     Args:
-        recording: What happened.
+        recording: The recorded trial.
         names: Names of metrics, their aliases, families, "paper" or "all".
 
     Returns:
@@ -30,7 +30,7 @@ def compute_metrics(
 def compute_steps(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> pd.DataFrame:
-    """Returns the series of those metrics that have one.
+    """Returns the series of the metrics that have one.
 
     Takes and raises the same as `compute_metrics`.
 
@@ -44,13 +44,13 @@ def compute_steps(
 def compute_by_behavior(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> pd.DataFrame:
-    """Returns the metrics as if only the people of one behavior were there.
+    """Returns the metrics by behavior, from the people of that behavior alone.
 
     Takes and raises the same as `compute_metrics`.
 
     Returns:
-        A row per behavior that anyone has, in the order of its first person,
-        and a column per metric; the units are in `attrs["units"]`.
+        A row per behavior present, in the order of its first person, and a
+        column per metric; the units are in `attrs["units"]`.
     """
     return evaluate_by_behavior(recording, names)[0]
 
@@ -58,7 +58,7 @@ def compute_by_behavior(
 def evaluate(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> tuple[pd.Series, pd.DataFrame]:
-    """Returns the values of metrics, and their series."""
+    """Returns the values of metrics and their series."""
     metrics = select_metrics(names)
     results = {m.name: m.compute(recording) for m in metrics}
     values = {name: value for name, (value, _) in results.items()}
@@ -80,10 +80,10 @@ def evaluate(
 def evaluate_by_behavior(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
-    """Returns the values of metrics by behavior, and their series.
+    """Returns the values of metrics by behavior and their series.
 
-    The frames of series have one more column: `behavior_active` is 1 while
-    anyone of that behavior reacts to the robot.
+    The frames of series have another column: `behavior_active` is 1 while any
+    person of that behavior reacts to the robot.
     """
     metrics = select_metrics(names)
     rows = {}
@@ -108,3 +108,28 @@ def evaluate_by_behavior(
 
 def _units(metrics: list[Metric]) -> dict[str, str]:
     return {m.name: m.unit for m in metrics}
+
+
+def count_people(recording: Recording) -> pd.DataFrame:
+    """Counts the people of a recording over time.
+
+    Arrivals and departures between two samples count at the later one. A person
+    who leaves and returns between them is not counted; `OpenCrowd` keeps people
+    outside for a second, so sample periods up to that count everybody.
+
+    Returns:
+        A row per sample, indexed by the time, in seconds, with the columns
+        "present", the number of people, and "arrivals" and "departures", their
+        numbers since the first sample. So present = present at the first sample
+        + arrivals - departures.
+    """
+    present = recording.features.present
+    change = np.diff(present.astype(int), axis=0, prepend=present[:1])
+    return pd.DataFrame(
+        {
+            "present": present.sum(axis=1),
+            "arrivals": (change > 0).sum(axis=1).cumsum(),
+            "departures": (change < 0).sum(axis=1).cumsum(),
+        },
+        index=pd.Index(recording.times, name="time"),
+    )

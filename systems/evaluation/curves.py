@@ -13,7 +13,7 @@ from hunav_drake.systems.world.walls import opened
 
 @jit_as(boolean[::1], MATRIX, WALLS)
 def lines_blocked(lines, table):
-    """Tells which of the lines (m, 4), rows (x0, y0, x1, y1), meet a wall."""
+    """Returns which lines (m, 4), rows (x0, y0, x1, y1), meet a wall."""
     walls = opened(table)
     blocked = np.empty(len(lines), dtype=np.bool_)
     for i in range(len(lines)):
@@ -26,13 +26,14 @@ def lines_blocked(lines, table):
 
 @jit
 def _turns(ax, ay, bx, by):
-    """Returns how often a step from a to b crosses the negative x axis.
+    """Returns the crossing of the negative x axis by a step from a to b.
 
-    1 against the clock, -1 with it, or 0. A point on the axis is above it.
+    1 for counterclockwise, -1 for clockwise, or 0. Points on the axis count as
+    above it.
     """
     if (ay >= 0) == (by >= 0):
         return 0
-    # Where the step meets the axis, times a positive number if it goes down.
+    # The x of the crossing, times a positive number for a downward step.
     x = ax * by - ay * bx
     if ay >= 0:
         return 1 if x > 0 else 0
@@ -41,12 +42,12 @@ def _turns(ax, ay, bx, by):
 
 @jit_as(REAL, MATRIX, MATRIX)
 def total_winding(x, y):
-    """Returns the sum over pairs of how often they wind around each other.
+    """Returns the sum of the winding numbers of all pairs.
 
-    It is that of |change of the bearing| / (2 pi). The bearing from one to the
-    other of m bodies at x, y, shape (N + 1, m), is followed in straight steps
-    from sample to sample, as long as both are there (not NaN); who comes back
-    goes on from the bearing then.
+    A winding number is |change of bearing| / (2 pi). The bearing between two of
+    m bodies at x, y, shape (N + 1, m), is followed in straight steps from
+    sample to sample while both are present (not NaN). After an absence it
+    continues from the new bearing.
     """
     total = 0.0
     for i in range(x.shape[1]):
@@ -56,7 +57,7 @@ def total_winding(x, y):
             there = False
             dx = dy = 0.0
             for k in range(len(x)):
-                # Adding 0 makes -0 positive, which atan2 tells from 0.
+                # Adding 0 makes -0 positive; atan2 distinguishes the two.
                 ex = x[k, j] - x[k, i] + 0.0
                 ey = y[k, j] - y[k, i] + 0.0
                 present = not math.isnan(ex)
@@ -77,8 +78,8 @@ def total_winding(x, y):
 def warped_distance(a, b):
     """Returns the asymmetric dynamic time warping distance of two curves.
 
-    Each point of b is matched to a segment of a, in the order of both, that the
-    sum of distances is least; it is divided by the number of points. C(i, j) =
+    Each point of b is matched to a segment of a, in the order of both, so that
+    the sum of distances is minimal; the result is its mean per point. C(i, j) =
     min(C(i - 1, j), C(i, j - 1) + distance(segment i, point j)).
     """
     count = max(len(a) - 1, 1)

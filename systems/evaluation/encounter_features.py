@@ -8,7 +8,7 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 
-# Half of what people see around their heading, in radians.
+# Half of people's field of view, in radians.
 HALF_FIELD_OF_VIEW = np.pi / 3
 
 
@@ -16,7 +16,7 @@ class EncounterFeatures:
     """Features of the relative motion of a robot and n people.
 
     `Recording.encounters` holds it. P is the vector from the robot to the
-    person, V the velocity of the robot as the person sees it, v_r - v_i. NaN
+    person, V = v_r - v_i the velocity of the robot relative to the person. NaN
     where a person is missing.
     """
 
@@ -47,7 +47,7 @@ class EncounterFeatures:
         return -self._apart(VX), -self._apart(VY)
 
     def _apart(self, column: int) -> Array:
-        """Returns how much more people have in a column than the robot."""
+        """Returns the people's values in a column minus the robot's."""
         robot = self._recording.robot[:, None, column]
         apart: Array = self._recording.humans[..., column] - robot
         return apart
@@ -60,17 +60,17 @@ class EncounterFeatures:
 
     @cached_property
     def closing(self) -> Array:
-        """P . V, shape (N + 1, n), in m^2/s: positive while they close in."""
+        """P . V, shape (N + 1, n), in m^2/s: positive while they approach."""
         (px, py), (vx, vy) = self.offset, self.approach
         closing: Array = px * vx + py * vy
         return closing
 
     @cached_property
     def passing_distance(self) -> Array:
-        """How near the centers come if both go straight on, in meters.
+        """The distance of the centers when passing on straight lines, in m.
 
-        |P x V| / |V|, the distance of the line of motion, ahead or behind.
-        Shape (N + 1, n); NaN where V = 0.
+        |P x V| / |V|, the distance from the line of relative motion, ahead or
+        behind. Shape (N + 1, n); NaN where V = 0.
         """
         (px, py), (vx, vy) = self.offset, self.approach
         speed = self.relative_speed
@@ -83,24 +83,24 @@ class EncounterFeatures:
     def time_to_collision(self) -> Array:
         """The first t >= 0 with |P - V t| = R, shape (N + 1, n), in seconds.
 
-        0 where they overlap, infinity where they never will, if both go on as
-        they do.
+        0 where they overlap, infinity without a collision at constant
+        velocities.
         """
         a = self.relative_speed**2
         b = self.closing
         c = self.distance**2 - self.reach**2
         root = np.sqrt(np.maximum(b * b - a * c, 0.0))
         meet = (b > 0) & (b * b >= a * c)
-        # This form of the smaller root does not cancel.
+        # This form of the smaller root avoids cancellation.
         time = np.where(meet, c / np.where(meet, b + root, 1.0), np.inf)
         time = np.where(c <= 0, 0.0, time)
         return np.where(np.isnan(c), np.nan, time)
 
     @cached_property
     def angle_of_view(self) -> Array:
-        """The angle at which people see the robot, shape (N + 1, n).
+        """The angle of the robot in people's view, shape (N + 1, n).
 
-        Between the person's heading and the direction to the robot, in
+        It is between the person's heading and the direction to the robot, in
         [0, pi].
         """
         px, py = self.offset
@@ -112,14 +112,14 @@ class EncounterFeatures:
 
     @cached_property
     def visible(self) -> Mask:
-        """Who sees the robot, with no wall between, shape (N + 1, n).
+        """Whether each person sees the robot, shape (N + 1, n).
 
-        As if there were no walls, if they are not known.
+        Walls occlude the robot, if they are known.
         """
         visible: Mask = self.angle_of_view <= HALF_FIELD_OF_VIEW
         obstacles = self._recording.obstacles
         if len(obstacles):
-            # Only who has walls waits for compiled code to be loaded.
+            # Imported here, so that only worlds with walls load compiled code.
             from hunav_drake.systems.evaluation.curves import lines_blocked
 
             sample, person = np.nonzero(visible)
@@ -134,11 +134,11 @@ class EncounterFeatures:
 
     @cached_property
     def seen_for(self) -> Array:
-        """How long people have seen the robot, shape (N + 1, n), in seconds.
+        """The time since the robot came into view, (N + 1, n), in seconds.
 
-        Infinity for who has since they came, at their own first sample: when
-        the robot came into view is not known. It means nothing where `visible`
-        is false.
+        Infinity for people who see the robot from their first sample on: when
+        it came into view is unknown. It is meaningless where `visible` is
+        false.
         """
         times = self._recording.times[:, None]
         since = np.full(self.visible.shape, -np.inf)

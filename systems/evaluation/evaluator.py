@@ -1,4 +1,4 @@
-"""The Drake System that records a trial."""
+"""The LeafSystem that records a trial."""
 
 from collections.abc import Sequence
 import math
@@ -39,7 +39,7 @@ from hunav_drake.systems.evaluation.samples import Sample, recorded
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# Time that passes by rounding alone, as a part of the time step.
+# Time differences from rounding alone, as a fraction of the time step.
 _SAME_INSTANT = 1e-6
 
 # Elements of the discrete state; the goal is between them.
@@ -49,53 +49,45 @@ _NO_GOAL = (np.nan, np.nan, np.nan)
 
 
 class Evaluator(LeafSystem):
-    """Records robot and people, for metrics to be computed from.
+    """Records robot and people for the computation of metrics.
 
     .. pydrake_system::
 
-        name: Evaluator
-        input_ports:
-        - robot_state
-        - human_states (optional if there is nobody)
-        - behavior_status (optional)
-        - contacts (optional)
-        - wall_contact (optional)
-        - goal (optional)
-        - trigger (optional)
-        output_ports:
-        - metrics
-        - recording
+        name: Evaluator input_ports: - robot_state - human_states (optional
+        without people) - behavior_status (optional) - contacts (optional) -
+        wall_contact (optional) - goal (optional) - trigger (optional)
+        output_ports: - metrics - recording
 
     Port ``robot_state`` takes the robot's row (x, y, yaw, vx, vy, omega,
-    radius) in W, in SI units and radians, and ``human_states`` the rows of
-    the ``n`` people, one after the other; a row of NaN is a person who is
-    missing, and so is one of `layout.OUTSIDE`, of which a row of NaN is
-    recorded. Port ``behavior_status`` takes ``n`` numbers that are 0 where a
-    person's behavior does not react to the robot, and ``contacts`` ``n`` rows
-    of `layout.Contact`; ``wall_contact`` one of the walls, recorded besides.
-    Port ``goal`` takes the pose (x, y, yaw) to reach; unconnected, or not
-    finite, there is none.
+    radius) in W, in SI units and radians, and ``human_states`` the rows of the
+    ``n`` people, one after the other; a row of NaN is a missing person, and so
+    is one of `layout.OUTSIDE`, which is recorded as a row of NaN. Port
+    ``behavior_status`` takes ``n`` numbers that are 0 where a person's behavior
+    does not react to the robot, ``contacts`` ``n`` rows of `layout.Contact`,
+    and ``wall_contact`` one such row of the walls. Port ``goal`` takes the goal
+    pose (x, y, yaw); if it is not connected or not finite, there is no goal.
 
-    As `EvaluatorConfig` says, the recording begins at once; or, with ``start``
-    "at_goal_command", when ``goal`` first is finite; or, "by_trigger", when
-    port ``trigger`` first is above 0.5. It ends for good with the first sample
-    at the goal, if ``stop_at_goal``; with the first that comes ``timeout``
-    after the first of all; and, however it began, when ``trigger``, if
-    connected, falls back from above 0.5 to at most that.
+    The recording begins as `EvaluatorConfig.start` says: "at_once";
+    "at_goal_command", when ``goal`` is first finite; or "by_trigger", when port
+    ``trigger`` first exceeds 0.5. It ends for good with the first sample at the
+    goal, if ``stop_at_goal``; with the first sample at least ``timeout`` after
+    the first one; and in each case when ``trigger``, if connected, falls from
+    above 0.5 to at most 0.5.
 
-    Port ``metrics`` gives running values as of the last sample, in the order
-    of `RunningMetric`, NaN for none; ``recording`` what `GetRecording` returns.
+    Port ``metrics`` gives running values at the last sample, in the order of
+    `RunningMetric`, NaN for none; ``recording`` gives the result of
+    `GetRecording`.
 
     The abstract state is the list of samples so far. The discrete state is 1
     once the recording has ended, the goal (x, y, yaw) at that instant, or NaN,
-    and 1 while ``trigger`` was high at the last sample. They are updated,
-    before anything else changes at that instant, at the multiples of
-    ``period``; once for each instant, whoever repeats its events. Further
-    groups hold the time of the last time step whose updates are done, and the
-    peaks of forces until then, if these are computed. Multiples of
-    a period do not always fall on the same floating-point instants: so the
-    update comes with the time step that all systems share, and counts, but
-    where ``period`` is the step times a power of two, which is exact.
+    and 1 if ``trigger`` was high at the last sample. They are updated at the
+    multiples of ``period``, before any other change at that instant, and only
+    once per instant, even if its events are repeated. Further groups hold the
+    time of the last time step whose updates are done, and the peak forces until
+    then, if forces are computed. Multiples of a period do not always fall on
+    the same floating-point instants. So the update runs at the common time step
+    and counts, except where ``period`` is the step times a power of two, which
+    is exact.
     """
 
     def __init__(
@@ -113,21 +105,22 @@ class Evaluator(LeafSystem):
         """Constructs an Evaluator.
 
         Args:
-            humans: The people, in the order of ``human_states``; may be none.
-                Those without a name or a number have that of `people_names`
+            humans: The people, in the order of ``human_states``; may be empty.
+                People without a name or a number get those of `people_names`
                 and `people_ids`.
-            config: What part of the trial is recorded, and how often.
-            time_step: The time step that all systems share, in seconds.
-            goal_tolerance: How near to the goal is at the goal, in meters.
+            config: The part of the trial to record, and how often.
+            time_step: The common time step of all systems, in seconds.
+            goal_tolerance: The distance at which the goal counts as reached, in
+                meters.
             goal_yaw_tolerance: The same for the heading, in radians.
-            robot_max_speed: The largest speed of the robot, in m/s, if it is
+            robot_max_speed: The maximum speed of the robot, in m/s, if it is
                 known.
             obstacles: The walls, for the metrics of forces.
             feels_forces: Whether the forces of ``contacts`` are computed.
 
         Raises:
-            ValueError: If the period is no multiple of ``time_step``, a number
-                is not positive, or two people have the same number.
+            ValueError: If the period is not a multiple of ``time_step``, a
+                number is not positive, or two people have the same number.
         """
         super().__init__()
         self._config = config or EvaluatorConfig()
@@ -165,7 +158,7 @@ class Evaluator(LeafSystem):
         )
 
     def _DeclareOutputs(self) -> None:
-        # An impossible setting shows up here, not at the end of a trial.
+        # Invalid settings raise here, not at the end of a trial.
         nothing = Recording(
             times=np.zeros(1),
             robot=np.zeros((1, STATE_SIZE)),
@@ -197,7 +190,7 @@ class Evaluator(LeafSystem):
         return self._human_states
 
     def get_behavior_status_input_port(self) -> InputPort:
-        """Returns the port that takes what each behavior is doing."""
+        """Returns the port that takes the status of each behavior."""
         return self._behavior_status
 
     def get_contacts_input_port(self) -> InputPort:
@@ -209,7 +202,7 @@ class Evaluator(LeafSystem):
         return self._wall_contact
 
     def get_goal_input_port(self) -> InputPort:
-        """Returns the port that takes the pose to reach."""
+        """Returns the port that takes the goal pose."""
         return self._goal
 
     def get_trigger_input_port(self) -> InputPort:
@@ -227,20 +220,17 @@ class Evaluator(LeafSystem):
     def GetRecording(self, context: Context) -> Recording:
         """Returns the recording until now.
 
-        If the context's time is a whole number of time steps, and later than
-        that of the last sample, and the recording has not ended, its present
-        instant is the last of the recording: the end of a trial is always in
-        it. (Between two steps, and once the updates of an instant are done,
-        states are those of the next already.) The goal is the one of the
-        present instant, or of that at which the recording ended.
-
-        Args:
-            context: This system's own context.
+        If the context's time is a multiple of the time step and later than the
+        last sample, and the recording has not ended, the current instant is
+        added as the last sample, so that the end of a trial is always recorded.
+        (Between two steps, and after the updates of an instant, states belong
+        to the next step.) The goal is that of the current instant, or of the
+        end of the recording.
 
         Raises:
-            RuntimeError: If ``robot_state`` is not connected, or
-                ``human_states`` though there are people, or if the recording
-                has not begun.
+            RuntimeError: If ``robot_state`` is not connected, ``human_states``
+                is not connected although there are people, or the recording has
+                not begun.
             ValueError: If a state is not finite.
         """
         self.ValidateContext(context)
@@ -264,7 +254,7 @@ class Evaluator(LeafSystem):
         )
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
-        # Eval() gives arrays of its own: nobody else will write to them.
+        # Eval() returns new arrays, so the sample can keep them.
         status = self._behavior_status
         return Sample(
             previous=last,
@@ -276,13 +266,13 @@ class Evaluator(LeafSystem):
         )
 
     def _EvalContacts(self, context: Context) -> Array | None:
-        """Returns the rows of contacts, with the peaks of all until now."""
+        """Returns the rows of contacts, with the peak forces until now."""
         if not self._contacts.HasValue(context):
             return None
         contacts: Array = self._contacts.Eval(context)
         if self._feels_forces:
             rows = contacts.reshape(-1, CONTACT_SIZE)
-            # (What was over when the recording began is none of its peaks.)
+            # (A contact that ended before the recording began does not count.)
             rows[:, Contact.PEAK_FORCE] = np.maximum(
                 rows[:, Contact.PEAK_FORCE] * (rows[:, Contact.LASTS] > 0),
                 context.get_discrete_state(self._peaks).value(),
@@ -292,7 +282,7 @@ class Evaluator(LeafSystem):
         return contacts
 
     def _Update(self, context: Context, state: DiscreteValues) -> None:
-        # (Drake takes an array in half the time of a list.)
+        # (Drake converts an array in half the time of a list.)
         state.set_value(self._updated, np.array([context.get_time()]))
         if not self._feels_forces:
             return
@@ -305,7 +295,7 @@ class Evaluator(LeafSystem):
                 state.set_value(self._peaks, peaks[: self._n])
 
     def _EvalHumans(self, context: Context) -> Array:
-        """Returns the rows of people, NaN for those who are outside."""
+        """Returns the rows of people, NaN for people outside."""
         humans: Array = self._human_states.Eval(context)
         rows = humans.reshape(-1, STATE_SIZE)
         rows[is_outside(rows)] = np.nan
@@ -337,12 +327,12 @@ class Evaluator(LeafSystem):
             changed[_TRIGGER_WAS_HIGH] = was_high
 
     def _IsLater(self, context: Context, last: Sample) -> bool:
-        """Tells whether the present instant is later than a sample."""
+        """Returns whether the current instant is later than a sample."""
         now = context.get_time()
         return bool(now > last.time + _SAME_INSTANT * self._time_step)
 
     def _IsPresent(self, context: Context) -> bool:
-        """Tells whether states are of the present, and not of the next step."""
+        """Returns whether states belong to the current step, not the next."""
         now, same = context.get_time(), _SAME_INSTANT * self._time_step
         (updated,) = context.get_discrete_state(self._updated).value()
         is_step = abs(math.remainder(now, self._time_step)) <= same
@@ -352,7 +342,7 @@ class Evaluator(LeafSystem):
         return bool(self._trigger.Eval(context) > 0.5)
 
     def _IsOn(self, context: Context, last: Sample, window: Array) -> bool:
-        """Tells whether the present instant is to be recorded."""
+        """Returns whether the current instant must be recorded."""
         if window[_HAS_ENDED] or not self._IsLater(context, last):
             return False
         if self._config.start == "by_trigger":
@@ -365,7 +355,7 @@ class Evaluator(LeafSystem):
         return True
 
     def _IsLast(self, context: Context, sample: Sample) -> bool:
-        """Tells whether the recording ends with a sample of this instant."""
+        """Returns whether the recording ends with a sample of this instant."""
         elapsed = sample.time - sample.first_time
         timeout = self._config.timeout or math.inf
         if elapsed >= timeout - _SAME_INSTANT * self._time_step:

@@ -1,4 +1,4 @@
-"""What part of a trial is recorded, how often, and which metrics follow."""
+"""The configuration of recording and metrics."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -12,9 +12,9 @@ from pydantic_core import ArgsKwargs
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, Integer, within
 
-# What is meant where a key is left out, by profile. The one of the paper is
-# inferred from its tables: a sample a second, of which the last is repeated
-# while the evaluator waits three seconds for more.
+# The default values of keys, by profile. The profile of the paper is inferred
+# from its tables: a sample per second, of which the last is repeated while the
+# evaluator waits three seconds for more.
 EVALUATOR_PROFILES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "default": {},
@@ -26,41 +26,43 @@ EVALUATOR_PROFILES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class EvaluatorConfig:
-    """What an Evaluator records, and which metrics are computed."""
+    """Configuration of the recording and of the metrics."""
 
     profile: Literal["default", "paper"] = "default"
-    """What is meant where a key is left out: the defaults written here, or, by
-    "paper", what HuNavSim's evaluator recorded for the tables of its paper."""
+    """Default values of the other keys: "default", those given here; "paper",
+    those of HuNavSim's evaluator for the tables of its paper."""
 
     period: Annotated[StrictFloat, within(0, 60, "s", low_open=True)] = 0.1
-    """The time between two samples, in seconds: a multiple of the step."""
+    """Time between two samples, in seconds; a multiple of the trial's time
+    step."""
 
     start: Literal["at_once", "at_goal_command", "by_trigger"] = "at_once"
-    """When the recording begins: with the trial, when there first is a goal, or
-    when port `trigger` of the Evaluator, and of the trial, first is high."""
+    """Start of the recording: with the trial ("at_once"), with the first goal
+    ("at_goal_command"), or when port `trigger` of the Evaluator, and of the
+    trial, is first high ("by_trigger")."""
 
     stop_at_goal: StrictBool = False
-    """Whether it ends with the first sample at the goal."""
+    """Whether the recording ends with the first sample at the goal."""
 
     timeout: (
         Annotated[StrictFloat, within(0, 86400, "s", low_open=True)] | None
     ) = None
-    """The time after its first sample at which it ends, in seconds; never, by
-    default."""
+    """Time after the first sample at which the recording ends, in seconds.
+    None: no limit."""
 
     stale_samples: Annotated[Integer, Field(ge=0, le=1000)] = 0
-    """How often the last sample is repeated in the recording of a result. It
-    counts in means and shares, as in HuNavSim's evaluator, which goes on
-    recording for a while after the last message."""
+    """Number of repetitions of the last sample in the recording of a result.
+    They count in means and percentages, as in HuNavSim's evaluator, which
+    continues to record for a while after the last message."""
 
     forces: Literal["model", "hunavsim"] = "model"
-    """How the metrics of forces are computed: "model", by the social force
-    model; "hunavsim", as HuNavSim's evaluator does, which mixes up the
-    arguments of an arctangent, so that they depend on how the world is turned,
-    and is told of no walls near the robot."""
+    """Computation of force metrics: "model", by the social force model;
+    "hunavsim", as in HuNavSim's evaluator, which swaps the arguments of an
+    arctangent, so that the forces depend on the orientation of the world, and
+    which gets no walls near the robot."""
 
     metrics: list[StrictStr] = field(default_factory=lambda: ["all"])
-    """The names of metrics (or their aliases), of families, or "all"."""
+    """Names of metrics (or their aliases), of families, or "all"."""
 
     @model_validator(mode="before")
     @classmethod
@@ -73,5 +75,5 @@ class EvaluatorConfig:
         return {**EVALUATOR_PROFILES[str(name)], **given} if known else data
 
     def defaults(self) -> "EvaluatorConfig":
-        """Returns what this is by its profile alone."""
+        """Returns the configuration with the defaults of its profile."""
         return EvaluatorConfig(profile=self.profile)

@@ -1,4 +1,4 @@
-"""Features that several metrics share, each computed once per recording."""
+"""Features that several metrics share, computed once per recording."""
 
 from functools import cached_property
 
@@ -19,26 +19,26 @@ from hunav_drake.systems.world.obstacles import nearest_points
 # Bodies closer than this are in contact, in meters.
 CONTACT_GAP = 0.02
 
-# Samples that are closer in time tell nothing of how a speed changed between
-# them, in seconds: their stamps are equal, but for rounding.
+# Samples closer in time than this give no acceleration, in seconds: their
+# stamps are equal except for rounding.
 LEAST_INTERVAL = 1e-6
 
-# How far ahead of each member of a group they look at the same thing, in
+# The distance of a group's common point of interest ahead of each member, in
 # meters.
 INTERACTION_DISTANCE = 1.5
 
-# The constants with which forces are measured: those of the library that
-# HuNavSim computes its metrics with, which differ from those of its crowd.
+# The constants of force metrics: those of the library of HuNavSim's metrics,
+# which differ from those of its crowd.
 FORCES = SocialForceParameters(social_factor=2.1, epsilon=0.0)
 
-# Forces are computed for so many bodies at a time, which then fit the cache.
+# The number of bodies whose forces are computed at once; they fit the cache.
 _BLOCK = 8192
 
 
 def surface_gaps(robot: Array, humans: Array) -> Array:
     """Returns the gaps (..., n) between discs of robots and people, in meters.
 
-    They are 0 where two overlap, and NaN for who is missing.
+    They are 0 where discs overlap, and NaN for missing people.
     """
     dx = humans[..., X] - robot[..., None, X]
     dy = humans[..., Y] - robot[..., None, Y]
@@ -48,9 +48,9 @@ def surface_gaps(robot: Array, humans: Array) -> Array:
 
 
 def mean_of_present(values: Array) -> Array:
-    """Returns the mean over the last axis of what is not NaN.
+    """Returns the mean over the last axis, without NaN.
 
-    It is NaN where there is nothing.
+    It is NaN where there are no values.
     """
     present = ~np.isnan(values)
     count = present.sum(axis=-1)
@@ -62,8 +62,8 @@ def mean_of_present(values: Array) -> Array:
 class Features:
     """Features of a recording of N + 1 samples and n people.
 
-    `Recording.features` holds it. Each property is computed when it is first
-    asked for. NaN stands for no value: a missing person, no goal, no group.
+    `Recording.features` holds it. Each property is computed at its first
+    access. NaN means no value: a missing person, no goal, no group.
     """
 
     def __init__(self, recording: RecordedArrays) -> None:
@@ -83,7 +83,7 @@ class Features:
 
     @cached_property
     def heading_changes(self) -> Array:
-        """The turns between samples, shape (N,), in radians, not signed."""
+        """The turns between samples, shape (N,), in radians, unsigned."""
         return np.abs(wrap_angles(np.diff(self._recording.robot[:, YAW])))
 
     @cached_property
@@ -97,7 +97,7 @@ class Features:
 
     @cached_property
     def turn_rate(self) -> Array:
-        """The robot's turn rate, shape (N + 1,), in rad/s, not signed."""
+        """The robot's turn rate, shape (N + 1,), in rad/s, unsigned."""
         return np.abs(self._recording.robot[:, OMEGA])
 
     @cached_property
@@ -138,7 +138,7 @@ class Features:
 
     @cached_property
     def present(self) -> Mask:
-        """Who is there, shape (N + 1, n)."""
+        """Whether each person is present, shape (N + 1, n)."""
         return ~np.isnan(self._recording.humans[..., X])
 
     @cached_property
@@ -161,7 +161,7 @@ class Features:
 
     @cached_property
     def closest_human_speed(self) -> Array:
-        """The speed of whose center is closest, shape (N + 1,), in m/s."""
+        """The speed of the person with the closest center, (N + 1,), in m/s."""
         recording = self._recording
         if not recording.num_humans:
             return np.full(len(recording), np.nan)
@@ -179,8 +179,8 @@ class Features:
     def group_gap(self) -> Array:
         """The gap to the closest group's center, shape (N + 1,), in meters.
 
-        A group is two or more people with the same id who are present; its
-        interaction center is the mean of the points 1.5 m ahead of them.
+        A group is two or more present people with the same id. Its interaction
+        center is the mean of the points 1.5 m ahead of them.
         """
         recording = self._recording
         humans, robot = recording.humans, recording.robot
@@ -202,13 +202,13 @@ class Features:
 
     @cached_property
     def contact(self) -> Mask:
-        """Who touches the robot, shape (N + 1, n)."""
+        """Whether each person touches the robot, shape (N + 1, n)."""
         touching: Mask = self.gaps < CONTACT_GAP
         return touching
 
     @cached_property
     def contact_begins(self) -> Mask:
-        """Where a contact begins, shape (N + 1, n); one may at the start."""
+        """Whether a contact begins, shape (N + 1, n); also at the start."""
         begins = self.contact.copy()
         begins[1:] &= ~self.contact[:-1]
         return begins
@@ -217,8 +217,8 @@ class Features:
     def social_force(self) -> Array:
         """The social force between the robot and each person, in m/s^2.
 
-        Its magnitude, shape (N + 1, n): the same on both, since the law is
-        antisymmetric. 0 for who is missing.
+        Its magnitude, shape (N + 1, n): equal on both, since the law is
+        antisymmetric. 0 for missing people.
         """
         sample, person = np.nonzero(self.present)
         humans = self._recording.humans[sample, person]
@@ -242,8 +242,8 @@ class Features:
     def obstacle_force_on_robot(self) -> Array:
         """The force of the walls on the robot, shape (N + 1,), in m/s^2.
 
-        NaN if the walls are not known; 0 as HuNavSim's evaluator computes
-        it, which is not told of them.
+        NaN if the walls are not known; 0 as in HuNavSim's evaluator, which does
+        not get them.
         """
         if self._recording.hunavsim_forces:
             return np.zeros(len(self._recording))
@@ -255,7 +255,7 @@ class Features:
     def obstacle_force_on_humans(self) -> Array:
         """The force of the walls on people, shape (N + 1, n), in m/s^2.
 
-        NaN for who is missing, and if the walls are not known.
+        NaN for missing people, and if the walls are not known.
         """
         given = self._recording.nearest_walls
         points = None if given is None else given[:, 1:][self.present]
@@ -286,5 +286,5 @@ class Features:
 
 
 def _blocks(size: int) -> list[slice]:
-    """Returns the slices that cover `size` items; at least one."""
+    """Returns slices that cover `size` items; at least one slice."""
     return [slice(i, i + _BLOCK) for i in range(0, max(size, 1), _BLOCK)]

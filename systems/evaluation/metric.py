@@ -1,6 +1,6 @@
-"""What a metric is, and the registry of all of them.
+"""The class of metrics and their registry.
 
-A metric of your own is one decorated function of a recording::
+A user's metric is one decorated function of a recording::
 
     @register_metric(unit="m/s", family="speeds", source="myself")
     def final_speed(recording: Recording) -> float:
@@ -53,11 +53,11 @@ TABLE_I = (
     "social_work",
 )
 
-# A column of the steps of one behavior: whether anyone shows it just then.
+# A column of the steps of one behavior: whether anyone shows it then.
 BEHAVIOR_ACTIVE = "behavior_active"
 
-# What the columns that are no metrics are called in tables of runs. Only tables
-# by behavior have the last one.
+# The columns of run tables that are not metrics. Only tables by behavior have
+# the last one.
 ABOUT_RUNS = (
     "tag",
     "scenario",
@@ -72,16 +72,16 @@ ABOUT_RUNS = (
     "behavior",
 )
 
-# These no metric may be called: the others are columns, or names of rows, too.
+# Names that metrics cannot have: they are names of columns or rows, too.
 RESERVED = (*ABOUT_RUNS, BEHAVIOR_ACTIVE, "time", "metric")
 Direction = Literal["lower", "higher", "none"]
 
-# A value; a value with its series over the samples; or the series alone, from
-# which the metric's `reduce` makes the value.
+# A value; a value with its series over the samples; or the series alone, which
+# the metric's `reduce` turns into the value.
 Result = float | tuple[float, Array] | Array
 MetricFunction = Callable[[Recording], Result]
 
-# The kinds of NumPy's types that are real numbers.
+# The kinds of NumPy types that are real numbers.
 _REAL = "buif"
 
 
@@ -90,15 +90,16 @@ class Metric:
     """A metric: its function, unit, source and definition.
 
     Attributes:
-        name: What it is called in tables and files.
-        unit: Its unit; "-" for numbers of things.
-        family: What it is about.
-        direction: Whether less of it is better, or more, or neither.
-        source: Who defined it.
-        definition: What it is, with its formula.
-        aliases: Other names that it is known by.
-        function: What computes it.
-        reduce: Makes the value of the series that `function` returns.
+        name: Its name in tables and files.
+        unit: Its unit; "-" for counts.
+        family: Its subject.
+        direction: Whether lower or higher values are better, or neither.
+        source: The origin of its definition.
+        definition: Its description, with the formula.
+        aliases: Its other names.
+        function: The function that computes it.
+        reduce: The function from the series that `function` returns to the
+            value.
     """
 
     name: str
@@ -115,8 +116,8 @@ class Metric:
         """Returns the value, and its series (N + 1,) if it has one.
 
         Raises:
-            ValueError: If the function raises anything, or returns anything
-                else. The text names the metric.
+            ValueError: If the function raises an error or returns anything
+                else. The message names the metric.
         """
         try:
             result: Any = self.function(recording)
@@ -161,7 +162,7 @@ def _series(series: Any, samples: int) -> Array:
     return array.astype(float, copy=False)
 
 
-# Names are columns of tables and words of commands.
+# Names are used as table columns and command words.
 _NAME = re.compile(r"[^\s,;\"']+")
 
 # All metrics by name, in the order of their registration.
@@ -181,29 +182,28 @@ def register_metric[F: Callable[[Recording], Any]](
 ) -> Callable[[F], F]:
     """Registers a function of a recording as a metric.
 
-    The function returns the value, or the pair of the value and its series
-    over the samples, or, if `reduce` is given, the series alone. What has no
-    value is NaN. A function replaces one that was defined in the same place,
-    as when a cell of a notebook is run again.
+    The function returns the value, or the pair of the value and its series over
+    the samples, or, if `reduce` is given, the series alone. NaN means no value.
+    A function replaces one that was defined in the same place, as when a
+    notebook cell is run again.
 
     Args:
-        unit: Its unit; "-" for numbers of things.
-        family: What it is about: "path", "goal", "proxemics", ...
-        source: Who defined it.
-        name: What it is called in tables and files; by default, as the
-            function is.
+        unit: Its unit; "-" for counts.
+        family: Its subject: "path", "goal", "proxemics", ...
+        source: The origin of its definition.
+        name: Its name in tables and files; by default, the function's name.
         direction: Whether "lower" or "higher" is better.
-        aliases: Other names that it is known by.
-        definition: What it is; the function's docstring by default. Lists
+        aliases: Its other names.
+        definition: Its description; the function's docstring by default. Lists
             show its first line.
-        reduce: Makes the value of the series.
+        reduce: The function from the series to the value.
 
     Returns:
         A decorator that returns the function unchanged.
 
     Raises:
-        ValueError: If the name or an alias is taken or not fit for a column
-            of a table, if a text is none, or the direction unknown.
+        ValueError: If the name or an alias is taken or not valid as a table
+            column, if a text is missing, or if the direction is unknown.
     """
     aliases = (aliases,) if isinstance(aliases, str) else tuple(aliases)
 
@@ -211,8 +211,8 @@ def register_metric[F: Callable[[Recording], Any]](
         own: Any = getattr(function, "__name__", None) if name is None else name
         if not callable(function) or own is None:
             raise ValueError(
-                "a metric is a function of a recording; what has no name of its"
-                f" own needs one: name=..., got {function!r:.80}"
+                "a metric is a function of a recording; a function without a"
+                f" name needs name=..., got {function!r:.80}"
             )
         try:
             inspect.signature(function).bind("recording")
@@ -231,7 +231,7 @@ def register_metric[F: Callable[[Recording], Any]](
             family=family,
             direction=direction,
             source=source,
-            definition=text or "(It is not told what it is.)",
+            definition=text or "(no description)",
             aliases=aliases,
             function=function,
             reduce=reduce,
@@ -304,14 +304,14 @@ def _origin(function: Any) -> tuple[object, object]:
 
 
 def select_metrics(names: Iterable[str]) -> list[Metric]:
-    """Returns the metrics of that name.
+    """Returns the metrics of some names.
 
     Args:
         names: Names of metrics, their aliases, families, "paper" for the 28
             of HuNavSim's Table I, or "all".
 
     Returns:
-        Each metric once, in the order in which the names bring it up.
+        Each metric once, in the order of the names.
 
     Raises:
         ValueError: If a name is unknown.
@@ -332,7 +332,7 @@ def select_metrics(names: Iterable[str]) -> list[Metric]:
 
 
 def _selections() -> dict[str, list[Metric]]:
-    """Returns the names that stand for several metrics."""
+    """Returns the names of selections, with their metrics."""
     paper = [METRICS[name] for name in TABLE_I if name in METRICS]
     others = [m for m in METRICS.values() if m.name not in TABLE_I]
     families: dict[str, list[Metric]] = {}

@@ -1,4 +1,4 @@
-"""Features of the robot's path: its length, and its gap to walls."""
+"""Features of the robot's path: its length and its gap to walls."""
 
 from functools import cached_property
 
@@ -12,20 +12,20 @@ from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 from hunav_drake.systems.evaluation.way import Way
 from hunav_drake.systems.world.obstacles import inside, nearest_wall
 
-# The shortest ways keep at least this far from walls, in meters, also those
-# of a robot without extent.
+# The minimum clearance of the shortest paths, in meters, also for a robot of
+# radius 0.
 _LEAST_CLEARANCE = 0.05
 
-# Positions nearer to the one before are no new points of the path, in meters:
-# who hardly moves has no direction but that of the noise.
+# Positions nearer to the previous one are not new points of the path, in
+# meters: the direction of such steps is noise.
 _LEAST_STEP = 0.05
 
 
 class PathFeatures:
     """Features of the robot's N + 1 samples and the walls alone.
 
-    `Recording.path_features` holds it. It has nothing to do with people, so
-    all that is left of a recording with some of them shares it.
+    `Recording.path_features` holds it. It does not depend on people, so parts
+    of a recording with fewer people share it.
     """
 
     def __init__(self, recording: RecordedArrays, features: Features) -> None:
@@ -65,9 +65,9 @@ class PathFeatures:
 
     @cached_property
     def turns(self) -> tuple[Array, Array]:
-        """The points of the path, and by what it turns at those between.
+        """The points of the path, and the turns at inner points.
 
-        Shapes (m, 2), in meters, and (m - 2,), in radians, not signed: the
+        Shapes (m, 2), in meters, and (m - 2,), in radians, unsigned: the
         changes of the direction of motion.
         """
         points = _thinned(self._recording.robot[:, : Y + 1], _LEAST_STEP)
@@ -77,18 +77,18 @@ class PathFeatures:
 
     @cached_property
     def shortest_to_end(self) -> list[Way]:
-        """The shortest ways from the first to the last position.
+        """The shortest paths from the first to the last position.
 
-        Several if they are equally long; none if there is no way, or if the
-        walls are not known. They keep the robot's radius from walls, but where
-        they leave those near its start and draw near to those by its end.
+        Several if they are equally long; none if there is no path, or if the
+        walls are not known. They keep the robot's radius from walls, except
+        where they leave walls near the start and approach walls near the end.
         """
         robot = self._recording.robot
         return self._shortest(robot[-1, : Y + 1])
 
     @cached_property
     def shortest_to_goal(self) -> list[Way]:
-        """The shortest ways from the first position to the goal.
+        """The shortest paths from the first position to the goal.
 
         Like `shortest_to_end`; none also without a goal.
         """
@@ -102,7 +102,7 @@ class PathFeatures:
         start = recording.robot[0, : Y + 1]
         if not len(recording.obstacles):
             return [Way.straight(start, end)]
-        # Only who has walls waits for compiled code to be loaded.
+        # Imported here, so that only worlds with walls load compiled code.
         from hunav_drake.systems.evaluation.shortest_way import shortest_ways
 
         radius = max(float(recording.robot[0, RADIUS]), _LEAST_CLEARANCE)
@@ -110,7 +110,7 @@ class PathFeatures:
 
 
 def _thinned(points: Array, spacing: float) -> Array:
-    """Returns those of some points (m, 2) that are so far from the last one."""
+    """Returns the points (m, 2) at least `spacing` from the last one kept."""
     kept = [0]
     x, y = points.T.tolist()
     for k in range(1, len(points)):

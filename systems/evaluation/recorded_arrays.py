@@ -1,4 +1,4 @@
-"""The arrays of a recorded trial, checked."""
+"""The checked arrays of a recorded trial."""
 
 from dataclasses import dataclass, field
 import math
@@ -24,7 +24,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class RecordedArrays:
-    """The fields of a `Recording`, which tells what they mean."""
+    """The fields of a `Recording`; see there."""
 
     times: Array
     robot: Array
@@ -69,42 +69,29 @@ class RecordedArrays:
         check_numbers("behavior_status", status, whole=True)
         status = status.astype(np.int64)
         status.setflags(write=False)
-        nearest = self.nearest_walls
-        if nearest is not None:
-            nearest = checked_array(
-                "nearest_walls", nearest, (samples, n + 1, None, 2)
-            )
-            known = ~np.isnan(nearest).all(axis=-1)
-            check_numbers("nearest_walls", nearest[known])
-        told = self.told_velocities
-        if told is not None:
-            told = checked_array("told_velocities", told, (samples, n + 1, 2))
-            check_numbers("told_velocities", told[~np.isnan(told)])
-        reference = self.reference_path
-        if reference is not None:
-            reference = checked_path(reference)
-        contacts = self.contacts
-        if contacts is not None:
-            contacts = checked_array(
-                "contacts", contacts, (samples, n, CONTACT_SIZE)
-            )
-            check_numbers("contacts", contacts)
-        walls = self.wall_contact
-        if walls is not None:
-            walls = checked_array(
-                "wall_contact", walls, (samples, CONTACT_SIZE)
-            )
-            check_numbers("wall_contact", walls)
+        optional = {
+            "nearest_walls": (samples, n + 1, None, 2),
+            "told_velocities": (samples, n + 1, 2),
+            "contacts": (samples, n, CONTACT_SIZE),
+            "wall_contact": (samples, CONTACT_SIZE),
+        }
+        for name, shape in optional.items():
+            if getattr(self, name) is not None:
+                array = checked_array(name, getattr(self, name), shape)
+                given = array
+                if name == "nearest_walls":
+                    given = array[~np.isnan(array).all(axis=-1)]
+                elif name == "told_velocities":
+                    given = array[~np.isnan(array)]
+                check_numbers(name, given)
+                self._set(**{name: array})
+        if self.reference_path is not None:
+            self._set(reference_path=checked_path(self.reference_path))
         self._set(
-            contacts=contacts,
-            wall_contact=walls,
             times=times,
             robot=robot,
             humans=humans,
             behavior_status=status,
-            nearest_walls=nearest,
-            told_velocities=told,
-            reference_path=reference,
             goal=checked_goal(self.goal),
         )
         for name, default in (
@@ -126,7 +113,7 @@ class RecordedArrays:
             self._set(**{name: number})
 
     def _set(self, **values: Any) -> None:
-        # The way of dataclasses themselves to fill in a frozen one.
+        # As frozen dataclasses fill in their fields.
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -141,5 +128,5 @@ class RecordedArrays:
 
     @property
     def near_walls_known(self) -> bool:
-        """Whether at least the walls near to everybody are known."""
+        """Whether at least the walls near the robot and people are known."""
         return self.walls_known or self.nearest_walls is not None

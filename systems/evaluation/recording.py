@@ -1,4 +1,4 @@
-"""A recorded trial, as arrays: all that a metric is computed from."""
+"""A recorded trial as arrays: the input of metrics."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -18,18 +18,17 @@ from hunav_drake.systems.evaluation.recorded_arrays import RecordedArrays
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids, people_names
 
-# How near to the goal's heading is at the goal where the goal has one and
-# nothing else is told, in radians.
+# The default yaw tolerance of a goal with a heading, in radians.
 GOAL_YAW_TOLERANCE = 0.25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(RecordedArrays):
-    """What happened in a trial, at N + 1 instants, to a robot and n people.
+    """The record of a trial with a robot and n people at N + 1 instants.
 
-    Everything is in SI units and radians, in the world frame W; the rows of
-    states are those of `common.layout.STATE_FIELDS`. A recording
-    does not change: its arrays are read-only, so copies share them.
+    All values are in SI units and radians, in the world frame W; the rows of
+    states are those of `common.layout.STATE_FIELDS`. A recording is immutable:
+    its arrays are read-only, so copies share them.
 
     Attributes:
         times: Shape (N + 1,), strictly increasing, in seconds.
@@ -41,37 +40,37 @@ class Recording(RecordedArrays):
         human_names: n names, "human_1", ... by default.
         human_ids: n different integers, 1, ... by default.
         behaviors: The names of n behaviors, "regular" by default.
-        group_ids: n integers, -1 (the default) for who walks alone.
-        goal: The pose (x, y, yaw) that the robot was to reach, or None.
-        goal_tolerance: How near to it is at the goal, in meters; HuNavSim's
-            0.2 by default.
-        goal_yaw_tolerance: The same for the heading, in radians. By default
-            any heading will do.
-        robot_max_speed: The largest speed that the robot can go at, in m/s;
-            None where nothing tells, as in recordings from elsewhere.
+        group_ids: n integers, -1 (the default) for people without a group.
+        goal: The goal pose (x, y, yaw) of the robot, or None.
+        goal_tolerance: The distance at which the goal counts as reached, in
+            meters; by default HuNavSim's 0.2.
+        goal_yaw_tolerance: The same for the heading, in radians. By default any
+            heading counts.
+        robot_max_speed: The maximum speed of the robot, in m/s; None if it is
+            unknown, as in external recordings.
         obstacles: The walls.
-        walls_known: Whether `obstacles` are all walls. Recordings from
-            elsewhere may not tell; what depends on walls has no value then.
-        nearest_walls: Shape (N + 1, 1 + n, k, 2), for recordings from
-            elsewhere: up to k nearest points of walls to the robot (row 0)
-            and to each person, NaN where there are fewer. They stand in for
-            `obstacles` where nothing but the nearest walls counts.
+        walls_known: Whether `obstacles` are all walls. External recordings may
+            not have them; metrics that depend on walls have no value then.
+        nearest_walls: Shape (N + 1, 1 + n, k, 2), for external recordings: up
+            to k nearest points of walls to the robot (row 0) and to each
+            person, NaN where there are fewer. They replace `obstacles` where
+            only the nearest walls count.
         reference_path: Shape (m, 3), rows (time, x, y) in seconds and meters,
-            with times that increase: a path to compare the robot's with, on
-            a clock of its own.
-        contacts: Shape (N + 1, n, 8), rows of `layout.Contact`: how the robot
-            and each person touch, by what moves the robot. None where nothing
-            tells, as in recordings from elsewhere.
-        wall_contact: Shape (N + 1, 8), such rows of all walls together. None
-            where nothing tells.
-        contact_forces_known: Whether their forces are computed, as for a robot
-            that is a body of a plant; else they are 0.
-        hunavsim_forces: Whether metrics of forces are as HuNavSim's evaluator
-            computes them: see `EvaluatorConfig.forces`.
+            with increasing times on a separate clock: a path to compare the
+            robot's path with.
+        contacts: Shape (N + 1, n, 8), rows of `layout.Contact`: the contacts of
+            the robot with each person, from the system that moves the robot.
+            None if they are unknown, as in external recordings.
+        wall_contact: Shape (N + 1, 8), such rows for all walls together. None
+            if they are unknown.
+        contact_forces_known: Whether contact forces are computed, as for a
+            robot that is a body of a plant; otherwise they are 0.
+        hunavsim_forces: Whether force metrics are computed as in HuNavSim's
+            evaluator: see `EvaluatorConfig.forces`.
         told_velocities: Shape (N + 1, 1 + n, 2), for recordings of HuNavSim's
-            messages, which tell speeds and velocities that do not agree: the
-            velocities (vx, vy) of the robot (row 0) and of each person, NaN
-            where somebody is missing. Those forces follow from them.
+            messages, whose speeds and velocities disagree: the velocities (vx,
+            vy) of the robot (row 0) and of each person, NaN for missing ones.
+            HuNavSim's forces use them.
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
@@ -100,17 +99,13 @@ class Recording(RecordedArrays):
         return EncounterFeatures(self)
 
     def compared_with(self, reference: "Recording") -> Self:
-        """Returns the same trial, with the robot's path of another to compare.
-
-        Args:
-            reference: A trial whose robot went the way it should.
-        """
+        """Returns the same trial with another's robot path as reference."""
         robot = reference.robot
         path = np.column_stack([reference.times, robot[:, X], robot[:, Y]])
         return replace(self, reference_path=path)
 
     def only(self, behavior: str) -> Self:
-        """Returns the same trial with no one but the people of one behavior.
+        """Returns the same trial with only the people of one behavior.
 
         Raises:
             ValueError: If nobody has that behavior.
@@ -134,16 +129,14 @@ class Recording(RecordedArrays):
             if values[name] is not None:
                 values[name] = values[name][:, rows]
         part = type(self)(**values)
-        # What has nothing to do with people is not computed again.
+        # These do not depend on people, so they are not computed again.
         part.__dict__["path_features"] = self.path_features
         return part
 
     def with_stale_samples(self, count: int, period: float) -> Self:
-        """Returns the same trial with its last sample repeated at the end.
+        """Returns the same trial with its last sample repeated `count` times.
 
-        Args:
-            count: How often.
-            period: The time between two of the repeated samples, in seconds.
+        `period` is the time between them, in seconds.
         """
         if count == 0:
             return self
@@ -158,13 +151,13 @@ class Recording(RecordedArrays):
             if rows is not None:
                 stale = np.repeat(rows[-1:], count, axis=0)
                 if "contact" in name:
-                    # No step ends there. (Counts and sums stay as they are.)
+                    # No step ends there. (Counts and sums do not change.)
                     stale[..., Contact.FORCE_X : Contact.FORCE_Y + 1] = 0.0
                 values[name] = np.concatenate([rows, stale])
         return type(self)(**values)
 
     def save(self, path: str | Path) -> None:
-        """Writes the recording to one .npz file, in one piece or not at all.
+        """Writes the recording to one .npz file, atomically.
 
         Raises:
             OSError: If the file cannot be written.
@@ -173,7 +166,7 @@ class Recording(RecordedArrays):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Reads a recording that `save` has written.
+        """Reads a recording written by `save`.
 
         Raises:
             OSError: If the file cannot be read.
@@ -189,7 +182,7 @@ class Recording(RecordedArrays):
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def __eq__(self, other: object) -> bool:
-        """Tells whether two recordings have the same content."""
+        """Returns whether two recordings have the same content."""
         if not isinstance(other, Recording):
             return NotImplemented
         return all(
@@ -199,23 +192,23 @@ class Recording(RecordedArrays):
             )
         )
 
-    # Equal content, yet large: recordings are not meant for dictionaries.
+    # Recordings are large and compared by content, so they are not hashable.
     __hash__ = None  # type: ignore[assignment]
 
     def __copy__(self) -> Self:
         return self
 
     def __deepcopy__(self, memo: Any) -> Self:
-        # Nothing in it can change, and Drake copies values at every turn.
+        # It is immutable, and Drake copies values often.
         return self
 
     def __reduce__(self) -> Any:
-        # The derived quantities stay behind: they are larger than the rest.
+        # Without the cached features, which are larger than the rest.
         return _restore, (type(self), self._values())
 
 
 def describe_people(humans: Sequence[HumanConfig]) -> dict[str, Any]:
-    """Returns what a Recording tells of people that does not change."""
+    """Returns the constant data of people in a Recording."""
     return {
         "human_names": tuple(people_names(humans)),
         "human_ids": tuple(people_ids(humans)),

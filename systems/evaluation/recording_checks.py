@@ -9,19 +9,19 @@ from numpy.typing import ArrayLike
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, STATE_FIELDS, STATE_SIZE
 
-# No number in a recording is larger, in SI units: far beyond that, sums and
-# powers of them are not finite.
+# The largest number in a recording, in SI units: sums and powers of far larger
+# numbers are not finite.
 LARGEST = 1e10
 
-# The times of two samples are at least as far apart, in seconds: speeds and
-# accelerations of less would not be finite.
+# The minimum interval between two samples, in seconds: speeds and accelerations
+# over shorter ones would not be finite.
 SHORTEST_INTERVAL = 1e-20
 
 
 def checked_array(
     name: str, value: ArrayLike, shape: tuple[int | None, ...]
 ) -> Array:
-    """Returns a read-only copy of an array, after a check of its shape."""
+    """Returns a read-only copy of an array after a check of its shape."""
     try:
         if np.iscomplexobj(value):
             raise TypeError("it has complex numbers")
@@ -44,7 +44,7 @@ def checked_array(
 
 
 def checked_path(path: ArrayLike) -> Array:
-    """Returns a read-only copy of a reference path (m, 3), after its checks."""
+    """Returns a read-only copy of a reference path (m, 3) after its checks."""
     array = checked_array("reference_path", path, (None, 3))
     if not len(array):
         raise ValueError("recording.reference_path: must have rows")
@@ -82,7 +82,7 @@ def check_increasing(name: str, times: Array) -> None:
 def check_states(robot: Array, humans: Array) -> None:
     """Raises ValueError unless states (N, 7), (N, n, 7) are in range.
 
-    A row of NaN is a person who is missing.
+    A row of NaN is a missing person.
     """
     low = np.full(STATE_SIZE, -LARGEST)
     low[RADIUS] = 0
@@ -106,7 +106,7 @@ def per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
     try:
         values = tuple(values)
     except TypeError as error:
-        raise ValueError(f"recording.{name}: is no list: {error}") from error
+        raise ValueError(f"recording.{name}: is not a list: {error}") from error
     if not values:
         return tuple(default)
     if len(values) != len(default):
@@ -124,7 +124,7 @@ def per_human(name: str, values: Sequence[Any], default: list[Any]) -> Any:
 
 
 def checked_goal(goal: Any) -> tuple[float, float, float] | None:
-    """Returns the goal (x, y, yaw) as floats, or None, after a check."""
+    """Returns the goal (x, y, yaw) as floats after a check, or None."""
     if goal is None:
         return None
     array = checked_array("goal", goal, (3,))

@@ -14,7 +14,7 @@ FORMAT = "hunav_drake recording 1"
 
 _NUMBER, _INTEGER, _TEXT, _YES_NO = "biuf", "iu", "U", "b"
 
-# What must be in a file: the kinds of NumPy's types, and how many dimensions.
+# The required arrays: the kinds of NumPy types and the number of dimensions.
 _REQUIRED = {
     "times": (_NUMBER, 1),
     "robot": (_NUMBER, 2),
@@ -33,8 +33,8 @@ _OBSTACLES = {
     "obstacles.solid": (_YES_NO, 1),
 }
 
-# What is left out where it is None. Files that do not tell whether walls are
-# known are of trials, which know them.
+# Arrays that are left out where they are None. Files without walls_known are
+# from trials, in which walls are known.
 _OPTIONAL = {
     "goal": (_NUMBER, 1),
     "nearest_walls": (_NUMBER, 4),
@@ -74,7 +74,7 @@ def read(path: str | Path) -> dict[str, Any]:
 
     Raises:
         OSError: If the file cannot be read.
-        ValueError: If the file is not a recording. The text names the array,
+        ValueError: If the file is not a recording. The message names the array,
             what it must be, and what it is.
     """
     arrays = read_arrays(path, "a recording")
@@ -109,7 +109,7 @@ def read(path: str | Path) -> dict[str, Any]:
 def _obstacles(
     segments: NDArray[Any], first: NDArray[Any], solid: NDArray[Any]
 ) -> Obstacles:
-    """Returns walls, after a check: kernels read what the indices say."""
+    """Returns walls after a check of the indices, which kernels rely on."""
     if segments.shape[1] != 4 or not (np.abs(segments) <= 1e10).all():
         raise ValueError(
             "obstacles.segments must have 4 columns of finite numbers, up to"

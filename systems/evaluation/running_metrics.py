@@ -1,4 +1,4 @@
-"""The cheap metrics that an Evaluator gives while a trial runs."""
+"""The fast metrics that an Evaluator outputs during a trial."""
 
 from enum import IntEnum
 import math
@@ -13,7 +13,7 @@ from hunav_drake.systems.evaluation.samples import Sample
 
 @explain
 class RunningMetric(IntEnum):
-    """The elements of the output port `metrics` of an Evaluator."""
+    """Elements of the output port `metrics` of an Evaluator."""
 
     DURATION = 0
     """The time between the first sample and the last, in seconds."""
@@ -31,7 +31,7 @@ class RunningMetric(IntEnum):
     """The distance to the goal at the last sample, in meters."""
 
     COLLISIONS = 5
-    """How many contacts with people have begun."""
+    """The number of contacts with people so far."""
 
 
 def running_values(

@@ -1,9 +1,8 @@
 """The growing recording: a linked list of samples.
 
 Drake copies a context's abstract values at every update and for every clone.
-A node that never changes may be shared instead of copied: a sample costs the
-same however many came before, and clones of a context share what happened
-until they part.
+Immutable nodes are shared instead of copied: a sample has constant cost, and
+clones of a context share their common past.
 """
 
 from dataclasses import dataclass, field
@@ -19,25 +18,25 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 
 class Running(NamedTuple):
-    """Running values of a trial."""
+    """The running values of a trial."""
 
     # The length of the path, in meters.
     path_length: float
-    # The gap to the closest person at the last sample, and the smallest until
-    # then, in meters; NaN if there was nobody.
+    # The gap to the closest person at the last sample, and the smallest so far,
+    # in meters; NaN without people.
     closest_gap: float
     min_gap: float
-    # How many contacts with people have begun.
+    # The number of contacts with people so far.
     collisions: int
-    # Who touched the robot at the last sample, shape (n,).
+    # Whether each person touched the robot at the last sample, shape (n,).
     contact: Mask
 
 
 @dataclass(slots=True, eq=False, repr=False)
 class Sample:
-    """One sample, and through it all that came before. It never changes.
+    """One sample with a link to the previous ones. It is immutable.
 
-    The first node of a list is the start, which is no sample.
+    The first node of a list is the start, which is not a sample.
     """
 
     previous: Self | None
@@ -48,11 +47,10 @@ class Sample:
     robot: Array
     humans: Array
     status: Array | None
-    # The rows of contacts, shape (8n,), if there are any, and maybe one of the
-    # walls after them. They seldom change, so samples share them while they do
-    # not.
+    # The rows of contacts, shape (8n,), if any, optionally followed by one row
+    # of the walls. Samples share them while they do not change.
     contacts: Array | None = None
-    # How many samples there are up to this one, and the time of the first.
+    # The number of samples up to this one, and the time of the first.
     count: int = field(init=False, default=0)
     first_time: float = field(init=False, default=-math.inf)
     _running: Running | None = field(init=False, default=None)
@@ -85,7 +83,7 @@ class Sample:
         return self
 
     def to_arrays(self) -> dict[str, Array]:
-        """Returns all samples up to this one, as arrays by name."""
+        """Returns all samples up to this one as arrays by name."""
         nodes, n = self.nodes(), self._num_humans
         robot = np.array([node.robot for node in nodes])
         humans = np.array([node.humans for node in nodes])
@@ -103,12 +101,12 @@ class Sample:
         }
 
     def from_arrays(self, arrays: dict[str, Array]) -> Self:
-        """Returns the list that arrays were made of, for as many people.
+        """Returns the list that `to_arrays` turned into arrays.
 
         Raises:
             LookupError: If an array is missing.
-            ValueError: If an array has another shape or type, or a recording
-                may not be so: see `Recording`.
+            ValueError: If an array has another shape or type, or is not valid
+                for a `Recording`.
         """
         self._check(arrays)
         node = self.start(self._num_humans)
@@ -136,7 +134,7 @@ class Sample:
         return self.humans.size // STATE_SIZE
 
     def _check(self, arrays: dict[str, Array]) -> None:
-        """Checks that a list can be made of arrays, for as many people."""
+        """Checks that arrays form a list for the same number of people."""
         n = self._num_humans
         count = arrays["times"].size
         none = np.zeros((count, n * CONTACT_SIZE))
@@ -162,7 +160,7 @@ class Sample:
             Recording(**recorded(arrays, n))
 
     def nodes(self) -> list[Self]:
-        """Returns the samples up to this one, in the order of time."""
+        """Returns the samples up to this one in order of time."""
         nodes = []
         node = self
         while node.previous is not None:
@@ -174,8 +172,8 @@ class Sample:
     def running(self) -> Running:
         """The running values up to this sample.
 
-        Each node works it out when it is first asked for, from the node
-        before, and remembers it.
+        Each node computes them at the first access, from the previous node, and
+        keeps them.
         """
         pending = []
         node = self

@@ -1,14 +1,14 @@
-"""The shortest way of a disc around walls: straight legs, and arcs.
+"""The shortest path of a disc around walls: straight legs and arcs.
 
-A disc of radius r is clear of the walls where its center is outside of all
-walls that are made wider by r. Around these, the shortest way is a string
-pulled taut: it bends on circles of radius r around corners of the walls, and
-goes straight along common tangents of two circles between them. A search by
-A* over the tangents finds it. (The ways of people are others: `routes.py`
-asks for the next step of many people quickly, and cuts no arcs.)
+A disc of radius r is clear of the walls where its center is outside all walls
+inflated by r. Around these, the shortest path is a taut string: it bends on
+circles of radius r around corners of the walls, and follows common tangents of
+two circles between them. An A* search over the tangents finds it. (People use
+`routes.py` instead, which gives the next step of many people quickly, without
+arcs.)
 
-Angles at a circle are directions from its center, in radians; a turn is 1
-against the clock, -1 with it.
+Angles at a circle are directions from its center, in radians; a turn is 1 for
+counterclockwise, -1 for clockwise.
 """
 
 from dataclasses import dataclass
@@ -29,19 +29,19 @@ from hunav_drake.systems.world.obstacles import (
 )
 from hunav_drake.systems.world.visibility_graph import blocked, free_points
 
-# Lengths that differ less are the same, in meters; points so near to each
-# other are one corner; and angles, in radians.
+# Tolerances of equal lengths, in meters, of points at one corner, in meters,
+# and of equal angles, in radians.
 _SAME = 1e-9
 _ONE_CORNER = 1e-6
 _SAME_ANGLE = 1e-6
 
-# So often a place is pushed away from the nearest wall, to be clear of all.
+# The maximum number of pushes of a point away from its nearest wall.
 _MOST_PUSHES = 20
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Where a way comes to a circle, and how it came there."""
+    """A point where a path reaches a circle, and the path to it."""
 
     circle: int
     turn: int
@@ -54,25 +54,26 @@ class _Step:
 def shortest_ways(
     start: Array, goal: Array, radius: float, obstacles: Obstacles
 ) -> list[Way]:
-    """Returns the shortest ways of a disc; several if they are equally long.
+    """Returns the shortest paths of a disc; several if they are equally long.
 
     A disc that overlaps a wall at the start leaves it on a straight leg: one
-    along which the distance only grows, or the one to a place beside that is
-    clear. So it draws near to a wall at the goal.
+    along which the distance only grows, or the one to a clear point beside.
+    Likewise at the goal.
 
     Args:
         start: The first position of the center (2,), in W, in meters.
         goal: The last position (2,).
-        radius: That of the disc, positive, in meters.
+        radius: The radius of the disc, positive, in meters.
         obstacles: The walls; a point is a wall without length.
 
     Returns:
-        The ways; none if there is no way, as from or to the inside of a solid.
+        The paths; none if there is no path, as from or to the inside of a
+        solid.
     """
     leg = start[None], goal[None]
     if not blocked(*leg, radius, obstacles.joined.table)[0]:
         return [Way.straight(start, goal)]
-    # From outside of all solids nobody gets into one.
+    # No path leads into a solid from outside.
     if not free_points(np.array([start, goal]), 0.0, obstacles.table).all():
         return []
     ways = [
@@ -86,7 +87,7 @@ def shortest_ways(
 
 
 def _begins(p: Array, radius: float, obstacles: Obstacles) -> list[Array]:
-    """Returns a place, and if it is not clear of walls one beside that is."""
+    """Returns a point, and a clear one beside it if walls are too near."""
     place = p
     for _ in range(_MOST_PUSHES):
         if free_points(place[None], radius - _SAME, obstacles.table)[0]:
@@ -114,7 +115,7 @@ def _ways_between(
 
 
 class _Search:
-    """One search of ways; the arguments are those of `shortest_ways`."""
+    """One search; the arguments are those of `shortest_ways`."""
 
     def __init__(
         self, goal: Array, radius: float, obstacles: Obstacles
@@ -129,7 +130,7 @@ class _Search:
         self._ends = self._tangents_to_goal()
 
     def ways(self, start: Array) -> list[Way]:
-        """Returns the shortest ways from a place (2,)."""
+        """Returns the shortest paths from a point (2,)."""
         queue: list[tuple[float, int, _Step | Way]] = []
         for turn in (-1, 1):
             for first in self._approaches(start, turn):
@@ -162,7 +163,7 @@ class _Search:
         queue: list[tuple[float, int, "_Step | Way"]],
         step: "_Step | Way | None",
     ) -> None:
-        """Puts a way into the queue, by the least that its whole can have."""
+        """Adds a path to the queue, by the lower bound of its total length."""
         if step is None:
             return
         least = step.length
@@ -176,16 +177,16 @@ class _Search:
         return place
 
     def _leads_to(self, other: _Step, step: _Step) -> bool:
-        """Tells whether one gets to a step from another one, no later."""
+        """Returns whether another step leads to a step on no longer path."""
         arc = self._arc(other, step.angle)
         return arc is not None and (other.length + self._r * arc <= step.length)
 
     def _arc(self, step: _Step, angle: float) -> float | None:
-        """Returns the angle of the arc from a step on; None if walls stop it.
+        """Returns the angle of the arc from a step on; None if walls block it.
 
-        Both ends of the arc are clear of walls. The circle is not around a
-        wall within 2 r of its center on one connected arc, which holds the
-        direction of the nearest point of that wall.
+        Both ends of the arc are clear of walls. A wall within 2 r of the center
+        blocks one connected arc of the circle, which contains the direction of
+        the nearest point of that wall.
         """
         arc = (step.turn * (angle - step.angle)) % (2 * math.pi)
         if arc > 2 * math.pi - _SAME:
@@ -200,7 +201,7 @@ class _Search:
     def _extended(
         self, step: _Step, angle: float, leg: _Step
     ) -> "_Step | None":
-        """Returns a step with the arc up to an angle and the leg from there."""
+        """Returns a step extended by an arc up to an angle and a leg."""
         arc = self._arc(step, angle)
         if arc is None:
             return None
@@ -214,9 +215,9 @@ class _Search:
         )
 
     def _ended(self, step: _Step, leg: _Step) -> Way | None:
-        """Returns the whole way of a step, an arc, and a leg to the goal.
+        """Returns the complete path of a step, an arc, and a leg to the goal.
 
-        The leg is told as from the goal.
+        The leg is given as from the goal.
         """
         arc = self._arc(step, leg.angle)
         if arc is None:
@@ -229,11 +230,11 @@ class _Search:
         )
 
     def _approaches(self, p: Array, turn: int) -> list[_Step]:
-        """Returns the ways from a place straight to circles.
+        """Returns the straight legs from a point to circles.
 
-        From inside of a circle, where there are no tangents, a leg leaves at a
-        right angle to its radius. Where a disc overlaps walls, it may also
-        leave them to where the arc at the end of a wall begins.
+        From inside a circle, where there are no tangents, a leg leaves at a
+        right angle to its radius. A disc that overlaps walls may also leave
+        them to the beginning of the arc at the end of a wall.
         """
         to_corner = self._corners - p
         distance = np.hypot(to_corner[:, 0], to_corner[:, 1])
@@ -254,7 +255,7 @@ class _Search:
             leg = (self._place(circle, at) - p).tolist()
             length = math.hypot(*leg)
             along = at + turn * math.pi / 2
-            # Nobody gets to a circle that is touched already.
+            # No leg leads to a circle that is touched already.
             bend = 0.0
             if length > _SAME:
                 bend = turn * wrap_angle(along - math.atan2(leg[1], leg[0]))
@@ -264,10 +265,10 @@ class _Search:
         return steps
 
     def _tangents_to_goal(self) -> dict[tuple[int, int], list[_Step]]:
-        """Returns the last legs, as from the goal, by circle and turn."""
+        """Returns the last legs as from the goal, by circle and turn."""
         legs: dict[tuple[int, int], list[_Step]] = {}
         for turn in (-1, 1):
-            # Backward, a way turns the other way.
+            # A reversed path turns the other way.
             for leg in self._approaches(self._goal, -turn):
                 legs.setdefault((leg.circle, turn), []).append(leg)
         return legs
@@ -275,12 +276,12 @@ class _Search:
     def _legs(
         self, circle: int, turn: int, other_turn: int
     ) -> list[tuple[float, _Step]]:
-        """Returns the legs to other circles, with the angles they leave at."""
+        """Returns the legs to other circles, with their departure angles."""
         center = self._corners[circle]
         to_corner = self._corners - center
         distance = np.hypot(to_corner[:, 0], to_corner[:, 1])
         cross = turn != other_turn
-        # Tangents on two sides of circles that overlap there are none.
+        # Overlapping circles have no crossing tangents.
         crossing = 2 * self._r if cross else 0.0
         apart = distance > crossing
         (which,) = np.nonzero(apart)
@@ -314,12 +315,12 @@ class _Search:
     ) -> NDArray[np.intp]:
         """Returns which legs are clear of walls, as indices into `angle`.
 
-        They lead from one place (2,), or from k ones, to circles (k,), where
-        they come at some angles (k,).
+        They lead from one point (2,), or from k points, to circles (k,), where
+        they arrive at some angles (k,).
         """
         end = self._corners[which] + self._r * _unit(angle)
         begin = np.ascontiguousarray(np.broadcast_to(place, end.shape))
-        # What is clear in the first place, for that is soon told.
+        # The ends first, because that check is fast.
         (left,) = np.nonzero(_at_corner(angle, self._directions[which]))
         clear = self._r - _SAME
         left = left[free_points(end[left], clear, self._table)]
@@ -331,9 +332,9 @@ class _Search:
 
 
 def _corners(segments: Array) -> tuple[Array, Array]:
-    """Returns the corners that a way may bend around, shape (m, 2).
+    """Returns the corners that a path may bend around, shape (m, 2).
 
-    And the directions of the walls there (m, k), in radians, filled up by NaN.
+    And the directions of the walls there (m, k), in radians, padded with NaN.
     """
     ends = segments.reshape(-1, 2, 2)
     points = ends.reshape(-1, 2)
@@ -348,7 +349,7 @@ def _corners(segments: Array) -> tuple[Array, Array]:
         first, last = which.reshape(-1, 2)[s]
         walls[first].append(float(angle[s]))
         walls[last].append(float(angle[s]) + math.pi)
-    # Around others, walls leave less than half a turn: no way bends there.
+    # Around others, walls leave less than half a turn: no path bends there.
     kept = [i for i, own in enumerate(walls) if _widest(own) > math.pi]
     most = max((len(walls[i]) for i in kept), default=0)
     directions = np.full((len(kept), most), np.nan)
@@ -358,7 +359,7 @@ def _corners(segments: Array) -> tuple[Array, Array]:
 
 
 def _widest(angles: list[float]) -> float:
-    """Returns the widest angle between directions that holds none of them."""
+    """Returns the widest angle between neighboring directions."""
     if not angles:
         return 2 * math.pi
     order = sorted(angle % (2 * math.pi) for angle in angles)
@@ -368,7 +369,7 @@ def _widest(angles: list[float]) -> float:
 
 
 def _at_corner(angle: Array, walls: Array) -> Mask:
-    """Tells which angles (k,) at corners are not beside a wall that ends there.
+    """Returns which angles (k,) at corners are not beside a wall ending there.
 
     The walls at each corner have the directions (k, j), or those (j,).
     """
@@ -379,9 +380,9 @@ def _at_corner(angle: Array, walls: Array) -> Mask:
 
 
 def _stops(center: Array, walls: Obstacles, reach: float) -> Array:
-    """Returns the directions of the nearest points of walls within a reach.
+    """Returns the directions of the nearest points of walls within a range.
 
-    Of a wall through the center, they are the directions along it.
+    For a wall through the center, they are the directions along it.
     """
     nearest = nearest_points(walls, center) - center
     distance = np.hypot(nearest[:, 0], nearest[:, 1])

@@ -21,16 +21,16 @@ from hunav_drake.systems.common.poses import is_at_goal
 
 @explain
 class TrialStatus(IntEnum):
-    """Whether a trial is running, and how it ended."""
+    """Status of a trial: running, or how it ended."""
 
     RUNNING = 0
-    """The trial goes on."""
+    """The trial is running."""
 
     GOAL = 1
     """The robot has reached its goal."""
 
     STUCK = 2
-    """The robot has had a goal, but has not moved on for too long."""
+    """The robot has a goal, but has not made progress for too long."""
 
 
 class TrialMonitor(LeafSystem):
@@ -49,14 +49,14 @@ class TrialMonitor(LeafSystem):
     robot is stuck when it has stayed within ``stuck_distance`` of one place
     for ``stuck_time``.
 
-    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
-    the robot, in W, in SI units, and ``goal`` takes (x, y, yaw), in meters and
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
+    robot, in W, in SI units, and ``goal`` takes (x, y, yaw), in meters and
     radians; while it is not connected, the trial is always running. Port
-    ``trial_status`` gives a `TrialStatus`, at the very instant.
+    ``trial_status`` gives the current `TrialStatus`.
 
-    The discrete state holds the place (x, y), the time since when the robot
-    is near it, and 1 once there is such a place; and, in a group of its own,
-    the time of the last update.
+    The discrete state holds the place (x, y), the time since when the robot has
+    been near it, and 1 once there is such a place. A second group holds the
+    time of the last update.
     """
 
     def __init__(
@@ -68,17 +68,10 @@ class TrialMonitor(LeafSystem):
         stuck_distance: float = 0.5,
         time_step: float = 0.05,
     ) -> None:
-        """Constructs a TrialMonitor.
-
-        Args:
-            goal_tolerance: In meters.
-            goal_yaw_tolerance: In radians.
-            stuck_time: In seconds.
-            stuck_distance: In meters.
-            time_step: The time between two updates, in seconds.
+        """Constructs a TrialMonitor; all in SI units and radians.
 
         Raises:
-            ValueError: If a tolerance is negative, or something else is not
+            ValueError: If a tolerance is negative, or another number is not
                 positive.
         """
         super().__init__()
@@ -120,34 +113,28 @@ class TrialMonitor(LeafSystem):
         return self._robot_state
 
     def get_goal_input_port(self) -> InputPort:
-        """Returns the port with the pose to reach."""
+        """Returns the port with the goal pose."""
         return self._goal
 
     def get_trial_status_output_port(self) -> OutputPort:
-        """Returns the port that tells how the trial stands."""
+        """Returns the port with the status of the trial."""
         return self._status
 
     def HasUpdated(self, context: Context) -> bool:
-        """Tells whether the updates of the present instant are done.
+        """Returns whether the updates of the current instant are done.
 
-        Drake does them at the start of the next step, or when
-        `Simulator.AdvanceTo` is told the present time. A simulator may begin
-        just after them.
-
-        Args:
-            context: This system's own context.
+        Drake runs them at the start of the next step, or when
+        `Simulator.AdvanceTo` is called with the current time. A simulator may
+        begin just after them.
         """
         (time,) = context.get_discrete_state(self._updated).value()
         return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
 
     def IsStep(self, context: Context) -> bool:
-        """Tells whether the present instant is one of the updates.
+        """Returns whether the current instant is one of the updates.
 
-        Between two, the state is that of the next already, but its time is
-        yet to come: no trial ends there.
-
-        Args:
-            context: This system's own context.
+        Between two updates, the state already belongs to the next one, so no
+        trial ends there.
         """
         time = context.get_time()
         return bool(time == round(time / self._time_step) * self._time_step)
@@ -178,7 +165,7 @@ class TrialMonitor(LeafSystem):
         return TrialStatus.RUNNING
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        # (Drake takes an array in half the time of a list.)
+        # (Drake converts an array in half the time of a list.)
         discrete_state.set_value(self._updated, np.array([context.get_time()]))
         robot = self._robot_state.Eval(context).tolist()
         state = context.get_discrete_state(self._state).value().tolist()

@@ -1,4 +1,4 @@
-"""A shortest way, as what metrics need of it."""
+"""A shortest path, as metrics use it."""
 
 from dataclasses import dataclass
 import math
@@ -10,13 +10,13 @@ from hunav_drake.systems.common.poses import wrap_angle
 
 @dataclass(frozen=True)
 class Way:
-    """A shortest way.
+    """A shortest path.
 
     Attributes:
-        length: In meters.
-        first_heading: Where it leads at first, in radians.
-        last_heading: Where it leads in the end, in radians.
-        turning: How much it turns between the two, not signed, in radians.
+        length: Its length, in meters.
+        first_heading: Its direction at the start, in radians.
+        last_heading: Its direction at the end, in radians.
+        turning: Its total turn between the two, unsigned, in radians.
     """
 
     length: float
@@ -26,13 +26,13 @@ class Way:
 
     @classmethod
     def straight(cls, start: Array, end: Array) -> Self:
-        """Returns the straight way between two positions (2,), in meters."""
+        """Returns the straight path between two positions (2,), in meters."""
         x, y = (end - start).tolist()
         heading = math.atan2(y, x)
         return cls(math.hypot(x, y), heading, heading, 0.0)
 
     def then(self, other: Self) -> Self:
-        """Returns this way with another one after it."""
+        """Returns this path followed by another."""
         if not self.length or not other.length:
             return self if self.length else other
         bend = abs(wrap_angle(other.first_heading - self.last_heading))

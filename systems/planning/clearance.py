@@ -12,10 +12,11 @@ from hunav_drake.systems.world.walls import opened
 def clearance_ahead(x, y, heading, radius, reach, table):
     """Returns how far a disc can move straight ahead before it touches.
 
-    Its center is (x, y) and its heading in radians; the result is at most
-    `reach`, in meters. `table` is `Obstacles.table`.
+    The disc has its center at (x, y) in W, in meters, and its heading in
+    radians. The result is at most `reach`, in meters. `table` is
+    `Obstacles.table`.
 
-    Sphere tracing: at every point the disc may move on by its distance to the
+    Sphere tracing: from each point, the disc can move by its distance from the
     nearest segment.
     """
     walls = opened(table)
@@ -37,20 +38,12 @@ def clearance_ahead(x, y, heading, radius, reach, table):
 
 @jit_as(REAL, REAL, REAL, REAL, REAL, REAL, REAL, MATRIX)
 def people_ahead(x, y, c, s, radius, margin, humans):
-    """Returns how far a disc can go straight on before it meets a person.
+    """Returns the distance that a disc can move straight ahead to a person.
 
-    Args:
-        x: The center of the disc in W, in meters.
-        y: Its y.
-        c: The cosine of the direction.
-        s: The sine of it.
-        radius: That of the disc, in meters.
-        margin: People count up to this beside the way of the disc, in meters.
-        humans: Shape (n, 7): rows of `human_states`.
-
-    Returns:
-        In meters, less than 0 for whom it overlaps; infinite if nobody is
-        ahead.
+    The disc of a radius is at (x, y) in W and moves along (c, s), the cosine
+    and sine of its heading. People, rows of `human_states`, count up to
+    `margin` beside its lane. The distance is negative if the disc overlaps a
+    person, and infinite if nobody is ahead. All in meters.
     """
     free = math.inf
     for i in range(len(humans)):

@@ -1,6 +1,6 @@
-"""The wall clock around the cycles of planners: measured, and limited.
+"""Wall-clock time of planner cycles: measured and limited.
 
-Nothing of it enters a decision, so runs repeat all the same.
+Decisions do not depend on it, so runs stay repeatable.
 """
 
 from collections.abc import Callable, Iterator
@@ -11,30 +11,29 @@ import threading
 import time
 from typing import Any
 
-# The lists that collect now, of this thread.
+# The lists that collect times now, of this thread.
 _collecting: ContextVar[tuple[list[float], ...]] = ContextVar(
     "collecting", default=()
 )
 
 
 class CycleTimeout(BaseException):
-    """A cycle took too long; no `except Exception` of a planner holds it."""
+    """A cycle took too long. `except Exception` does not catch it."""
 
 
 @contextmanager
 def time_cycles() -> Iterator[list[float]]:
-    """Measures how long planners take for each cycle.
+    """Measures the duration of each planner cycle.
 
-    It is about every `Planner` that runs in this thread meanwhile, in
-    whatever trial:
+    It covers every `Planner` that runs in this thread meanwhile, in any trial:
 
         with time_cycles() as times:
             RunTrial(scenario)
         print(f"{1e3 * statistics.median(times):.2f} ms per cycle")
 
     Yields:
-        A list that grows with each call of a planner's `plan`, by the seconds
-        that it took, of the wall clock.
+        A list that gains the wall-clock seconds of each call of a planner's
+        `plan`.
     """
     times: list[float] = []
     token = _collecting.set((*_collecting.get(), times))
@@ -47,15 +46,11 @@ def time_cycles() -> Iterator[list[float]]:
 def call_cycle(
     plan: Callable[..., Any], arguments: tuple[Any, ...], limit: float | None
 ) -> Any:
-    """Returns what a planner decides, measured and limited.
+    """Returns a planner's decision; measures and limits its time.
 
-    In the main thread, Python code that takes longer than the limit is ended.
-    In other threads, and while compiled code runs, it is told only afterwards.
-
-    Args:
-        plan: The planner's function.
-        arguments: What it is called with.
-        limit: The most seconds of the wall clock that it may take.
+    The limit is in seconds of wall-clock time. In the main thread, Python code
+    that exceeds it is interrupted. In other threads, and while compiled code
+    runs, it is checked afterwards.
 
     Raises:
         CycleTimeout: If it takes longer.
@@ -81,7 +76,7 @@ def call_cycle(
 
 @contextmanager
 def _alarm(seconds: float) -> Iterator[None]:
-    """Raises CycleTimeout in the main thread after some time."""
+    """Raises CycleTimeout in the main thread after `seconds`."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -98,7 +93,7 @@ def _alarm(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
         if left > 0:
-            # Somebody else's alarm goes on.
+            # Another alarm that was set before continues.
             passed = time.monotonic() - started
             signal.setitimer(
                 signal.ITIMER_REAL, max(left - passed, 1e-3), interval

@@ -1,4 +1,4 @@
-"""What a planner has decided, as a value in the Context."""
+"""A planner's decision, as a value in the Context."""
 
 from dataclasses import dataclass
 import math
@@ -16,7 +16,7 @@ _STATUSES = frozenset(PlannerStatus)
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Holds a plan; it cannot change, so copies of a Context share it."""
+    """Holds a plan; it is immutable, so copies of a Context share it."""
 
     plan: Plan
 
@@ -24,23 +24,23 @@ class Decision:
         return self
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Returns all that the plan is made of, by name.
+        """Returns the contents of the plan as arrays, by name.
 
         Raises:
-            ValueError: If the planner remembers something that arrays cannot
+            ValueError: If the planner's memory holds a value that arrays cannot
                 hold: see `value_arrays`.
         """
         v, omega, status, memory, path, reason = self.plan
         return to_arrays(
             (v, omega, int(status), memory, path, reason),
-            "what the planner remembers",
+            "the planner's memory",
         )
 
     def from_arrays(self, arrays: dict[str, NDArray[Any]]) -> "Decision":
-        """Returns the decision that arrays were made of.
+        """Returns the decision that `to_arrays` turned into arrays.
 
         Raises:
-            ValueError: If they are no decision.
+            ValueError: If the arrays hold no decision.
         """
         v, omega, status, memory, path, reason = from_arrays(arrays)
         plan = Plan(v, omega, PlannerStatus(status), memory, path, reason)
@@ -50,14 +50,14 @@ class Decision:
 
 
 def idle(memory: Any) -> Decision:
-    """Returns what holds while there is nothing to do."""
+    """Returns the decision of an idle planner."""
     return Decision(Plan(0.0, 0.0, PlannerStatus.IDLE, memory=memory))
 
 
 def plan_fault(plan: Any, *, keeps: bool = True) -> str:
-    """Returns what keeps something from being a plan, or nothing.
+    """Returns why something is not a valid plan; empty if it is one.
 
-    `keeps` is whether its planner has an initial memory.
+    `keeps`: whether its planner has an initial memory.
     """
     if not isinstance(plan, Plan):
         return f"must give a Plan, got {plan!r:.80}"
@@ -96,7 +96,7 @@ def plan_fault(plan: Any, *, keeps: bool = True) -> str:
 
 
 def memory_fault(memory: Any) -> str:
-    """Returns what keeps a value from being remembered, or nothing."""
+    """Returns why a value cannot be a memory; empty if it can."""
     mutable = isinstance(memory, list | dict | set | bytearray)
     if mutable or (isinstance(memory, np.ndarray) and memory.flags.writeable):
         return (

@@ -1,4 +1,4 @@
-"""The LeafSystem that drives the robot by a pure planner."""
+"""The LeafSystem that runs a pure planner."""
 
 import dataclasses
 import inspect
@@ -59,39 +59,35 @@ class LocalPlanner(LeafSystem):
         - status
         - path
 
-    Every ``planner.period`` the planner decides a command from what it sees at
-    that instant; the robot gets it one ``task.time_step`` later, and until the
+    Every ``planner.period`` the planner decides a command from its observation
+    at that instant. The robot gets it one ``task.time_step`` later, until the
     next one. Before the first command, the ports give zeros.
 
-    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
-    the robot, ``human_states`` n such rows of the people, in W, in SI units.
-    Port ``goal`` takes (x, y, yaw), in meters and radians; while it is not
-    connected, the robot stays where it is. Only a planner with a ``scan_size``
-    or one that sees by the lidar has port ``scan``: distances, in meters. Port
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
+    robot, ``human_states`` n such rows of the people, in W, in SI units. Port
+    ``goal`` takes (x, y, yaw), in meters and radians; while it is not
+    connected, the robot does not move. Only a planner with a ``scan_size`` or
+    with lidar perception has port ``scan``: distances, in meters. Port
     ``velocity_command`` gives (v, omega) in m/s and rad/s, ``status`` a
-    `PlannerStatus`, and ``path`` what the planner means to follow since it
-    last decided: a read-only array of shape (k, 2) or (k, 3), rows (x, y) or
-    (x, y, yaw).
+    `PlannerStatus`, and ``path`` the planned path of the last decision: a
+    read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
 
-    The discrete state holds (v, omega, status). For a planner that remembers,
-    the abstract state holds the whole plan that was decided last.
+    The discrete state holds (v, omega, status). For a planner with memory, the
+    abstract state holds its last plan.
     """
 
     def __init__(self, planner: PurePlanner, task: PlanningTask) -> None:
         """Constructs a LocalPlanner.
 
-        Args:
-            planner: What decides.
-            task: What it is to know of the robot and the world. The system is
-                updated every ``task.time_step``, whatever the period, so that
-                all of a trial moves at the same instants.
+        The system is updated every ``task.time_step``, for any period, so that
+        all parts of a trial move at the same instants.
 
         Raises:
-            TypeError: If the planner's ``initial_memory`` can change, or its
-                ``scan_size`` is no whole number.
-            ValueError: If ``task.time_step`` is not positive or the period not
-                a multiple of it, ``task.num_humans`` is negative, or the
-                planner needs a lidar and ``task.lidar`` is None.
+            TypeError: If the planner's ``initial_memory`` is mutable, or its
+                ``scan_size`` is not an integer.
+            ValueError: If ``task.time_step`` is not positive or the period is
+                not a multiple of it, if ``task.num_humans`` is negative, or if
+                the planner needs a lidar and ``task.lidar`` is None.
         """
         super().__init__()
         self._ticks_per_cycle = count_steps(planner.period, task.time_step)
@@ -131,7 +127,7 @@ class LocalPlanner(LeafSystem):
             self._decision = self.DeclareAbstractState(
                 AbstractValue.Make(self._idle)
             )
-            # At an instant, Drake makes this update first. Systems that are
+            # At an instant, Drake runs this update first. Systems that are
             # updated with the one below still see the old command.
             self.DeclarePeriodicUnrestrictedUpdateEvent(
                 period_sec=task.time_step, offset_sec=0.0, update=self._Decide
@@ -155,38 +151,30 @@ class LocalPlanner(LeafSystem):
         return self._human_states
 
     def get_goal_input_port(self) -> InputPort:
-        """Returns the port with the pose to reach."""
+        """Returns the port with the goal pose."""
         return self._goal
 
     def get_velocity_command_output_port(self) -> OutputPort:
-        """Returns the port with the wanted speed and turn rate."""
+        """Returns the port with the commanded speed and turn rate."""
         return self._velocity_command
 
     def get_status_output_port(self) -> OutputPort:
-        """Returns the port that tells what the planner is doing."""
+        """Returns the port with the planner's status."""
         return self._status
 
     def get_path_output_port(self) -> OutputPort:
-        """Returns the port with what the planner means to follow."""
+        """Returns the port with the planned path."""
         return self._path
 
     def GetReason(self, context: Context) -> str:
-        """Returns why the planner does not just drive, in words.
+        """Returns why the planner is not simply driving, as text.
 
-        Nothing while it drives, and for a planner without an `initial_memory`.
-
-        Args:
-            context: This system's own context.
+        Empty while it drives, and for a planner without an `initial_memory`.
         """
         return self._Decided(context).reason
 
     def SetCommand(self, context: Context, command: ArrayLike) -> None:
-        """Sets the command that the robot has until the next one is decided.
-
-        Args:
-            context: This system's own context, changed.
-            command: (v, omega), in m/s and rad/s.
-        """
+        """Sets the command (v, omega), in m/s and rad/s, until the next one."""
         state = context.get_mutable_discrete_state(self._state)
         state.get_mutable_value()[:2] = command
 
@@ -214,7 +202,7 @@ class LocalPlanner(LeafSystem):
         output.set_value(self._Decided(context).path)
 
     def _Decided(self, context: Context) -> Plan:
-        """Returns the plan that was decided last; idle if none is kept."""
+        """Returns the last plan; an idle one for a planner without memory."""
         if self._decision is None:
             return self._idle.plan
         value = context.get_abstract_state(self._decision).get_value()
@@ -226,10 +214,10 @@ class LocalPlanner(LeafSystem):
         return tick % self._ticks_per_cycle == 0
 
     def _Plan(self, context: Context) -> Plan:
-        """Returns what the planner decides now.
+        """Returns the planner's decision now.
 
         Raises:
-            PlannerError: If that cannot be.
+            PlannerError: If the planner fails or its plan is not valid.
         """
         if not self._goal.HasValue(context):
             return self._idle.plan
@@ -286,7 +274,7 @@ class LocalPlanner(LeafSystem):
 
 
 def _scan_size(planner: PurePlanner, task: PlanningTask) -> int:
-    """Returns how many distances of a lidar a planner gets."""
+    """Returns the number of lidar distances that a planner gets."""
     size = asked_scan_size(planner)
     if size is not None:
         return size
@@ -303,7 +291,7 @@ def _name_of(planner: PurePlanner) -> str:
 
 
 def _check_planner(planner: PurePlanner, name: str) -> None:
-    """Raises TypeError if what a planner's class declares cannot be."""
+    """Raises TypeError if a class variable of a planner is not valid."""
     if fault := memory_fault(planner.initial_memory):
         raise TypeError(f"planner {name!r}: initial_memory: it {fault}")
     size = planner.scan_size

@@ -1,4 +1,4 @@
-"""What a planner sees of the people: one choice for all planners."""
+"""The perceptions: what a planner knows of people."""
 
 from abc import ABC, abstractmethod
 from dataclasses import fields
@@ -19,22 +19,20 @@ from hunav_drake.systems.sensing.sensor_parameters import Sight
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class PerceptionConfig(ABC):
-    """What all perceptions have; which one it is, a derived class tells."""
+    """Base class of perceptions."""
 
     by_lidar: ClassVar[bool] = False
-    """Whether the planner gets no rows of people, but the scan of a lidar."""
+    """Whether the planner gets the scan of a lidar instead of rows of people.
+    """
 
     @abstractmethod
     def MakeSystem(self, task: SensingTask) -> Any | None:
-        """Makes what stands between people and planner; None for nothing.
+        """Makes the system between people and planner; None for a direct link.
 
-        A LeafSystem or a Diagram with the inputs ``robot_state`` and
-        ``human_states``, or one of them, and the output ``visible_people``:
-        as many rows as ``human_states`` has, those of people who are not seen
-        as `layout.OUTSIDE` tells.
-
-        Args:
-            task: What it is to know of the world.
+        It is a LeafSystem or a Diagram with the inputs ``robot_state`` and
+        ``human_states``, or one of them, and the output ``visible_people``: as
+        many rows as ``human_states``, with the row of each person out of view
+        as `layout.OUTSIDE` defines it.
         """
 
 
@@ -47,7 +45,7 @@ register_perception = PERCEPTIONS.register
 @register_perception("everything")
 @dataclass(kw_only=True, config=CONFIG)
 class Everything(PerceptionConfig):
-    """All people, wherever they are: HuNavSim's planners get them so."""
+    """All people, anywhere, as for HuNavSim's planners."""
 
     def MakeSystem(self, task: SensingTask) -> None:
         """Makes nothing."""
@@ -56,10 +54,10 @@ class Everything(PerceptionConfig):
 @register_perception("visible")
 @dataclass(kw_only=True, config=CONFIG)
 class Visible(Sight, PerceptionConfig):
-    """The people whom the robot can see now. See `VisiblePeople`."""
+    """Only the people in the robot's view now: see `VisiblePeople`."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
-        """Makes a `VisiblePeople`, for which what is low hides nobody."""
+        """Makes a `VisiblePeople`; low obstacles do not occlude people."""
         sight = {it.name: getattr(self, it.name) for it in fields(Sight)}
         return VisiblePeopleConfig(**sight).MakeSystem(task)
 
@@ -67,10 +65,10 @@ class Visible(Sight, PerceptionConfig):
 @register_perception("lidar")
 @dataclass(kw_only=True, config=CONFIG)
 class LidarAlone(PerceptionConfig):
-    """Nobody as such: people are obstacles that the lidar meets.
+    """No people as such, only the obstacles that the lidar scans.
 
-    The planner gets the scan of the first lidar of the trial; if there is
-    none, the trial makes one with its defaults. Walls are known from the map.
+    The planner gets the scan of the trial's first lidar; without one, the trial
+    adds a default lidar. Walls are known from the map.
     """
 
     by_lidar: ClassVar[bool] = True

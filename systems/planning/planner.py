@@ -1,4 +1,4 @@
-"""The interface of planners, and the register of planners."""
+"""The interface and the register of planners."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ NO_PATH.setflags(write=False)
 
 @explain
 class PlannerStatus(IntEnum):
-    """What a planner is doing."""
+    """Status of a planner."""
 
     IDLE = 0
     """There is no goal."""
@@ -39,34 +39,35 @@ class PlannerStatus(IntEnum):
     """On the way to the goal."""
 
     SLOWED = 2
-    """Slower than it would be, for something in the way."""
+    """Slower than planned because of an obstacle."""
 
     BLOCKED = 3
-    """At a stop, for something in the way."""
+    """Stopped because of an obstacle."""
 
     ARRIVED = 4
     """At the goal."""
 
     RECOVERING = 5
-    """Doing something else for a while, to get on again."""
+    """In a recovery, to make progress again."""
 
     FAILED = 6
-    """It has given up, and stays where it is."""
+    """The planner has given up; the robot stays at its position."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanningTask:
-    """What stays constant while a planner drives a robot.
+    """The constant data of a planner's task.
 
     Attributes:
-        limits: How fast the robot moves.
+        limits: The limits of the robot's speed and acceleration.
         robot_radius: In meters.
-        goal_tolerance: The distance at which the goal counts as reached, m.
+        goal_tolerance: The distance at which the goal counts as reached, in
+            meters.
         goal_yaw_tolerance: The same for its heading, in radians.
         obstacles: The walls.
-        num_humans: How many rows of people the planner gets.
+        num_humans: The number of rows of people that the planner gets.
         time_step: The time between two updates of the trial, in seconds.
-        lidar: What measures the scan that the planner gets; None without one.
+        lidar: The lidar of the planner's scan; None without one.
     """
 
     limits: RobotLimits
@@ -82,41 +83,39 @@ class PlanningTask:
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class PlannerConfig(ABC):
-    """What all planners have; which one it is, a derived class tells.
+    """Base class of planner configurations.
 
-    One whose decision is a pure function derives from `Planner`. Any other
-    system is a planner, too: a class that derives from this one makes it.
+    A planner whose decision is a pure function derives from `Planner`. Any
+    other system can be a planner, too: derive a class from this one that makes
+    it.
     """
 
     period: Annotated[StrictFloat, within(0, 10, "s", low_open=True)] = 0.05
-    """The time between two commands, in seconds: a multiple of the step."""
+    """Time between two commands, in seconds; a multiple of the trial's time
+    step."""
 
     sees: Annotated[PerceptionConfig, PERCEPTIONS] = field(
         default_factory=PERCEPTIONS.make
     )
-    """Whom the planner sees: everything, visible, or lidar for nobody but what
-    a lidar meets."""
+    """What the planner knows of people: `everything`, `visible` (in view), or
+    `lidar` (only its scan)."""
 
     def reaction_time(self, task: PlanningTask) -> float:
-        """Returns the time from a decision until the next one is in effect.
+        """Returns the time from a decision until the next one takes effect.
 
-        A robot that would come to its goal, or turn to where it is to face,
-        within less, would be carried beyond it.
+        A robot that reaches its goal or its heading in less time overshoots.
         """
         return self.period + task.time_step
 
     def find_faults(
         self, obstacles: Obstacles, start: Array, goal: Array
     ) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Looks for what keeps it from driving, before anything runs.
+        """Finds faults that keep the planner from driving, before a run.
 
-        Args:
-            obstacles: The walls.
-            start: Where the robot starts, (x, y, yaw) in W.
-            goal: Where it is to go, likewise.
+        `start` and `goal` are poses (x, y, yaw) in W.
 
         Yields:
-            The place of a fault, counted from the planner, and what it is.
+            The path of a fault, relative to the planner, and its description.
         """
         yield from ()
 
@@ -124,36 +123,28 @@ class PlannerConfig(ABC):
     def MakeSystem(self, task: PlanningTask) -> Any:
         """Makes the planner: a LeafSystem or a Diagram with these ports.
 
-        Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega,
-        radius) of the robot, ``human_states`` such rows of the people whom it
-        may see, ``goal`` (x, y, yaw), which is not connected if there is no
-        goal; all in W, in SI units. It may have an input ``scan``, which takes
-        the distances that ``task.lidar`` measures, in meters. Outputs:
-        ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status`` a
-        `PlannerStatus`, and ``path``, which is abstract, what it means to
-        follow: an array of shape (k, 2) or (k, 3), rows (x, y) or
-        (x, y, yaw). It may have outputs ``local_costmap`` and
-        ``global_costmap``, abstract, a `Costmap` each, for Meshcat to draw.
-
-        Args:
-            task: What it is to know of the robot and the world.
+        Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius)
+        of the robot, ``human_states`` such rows of the people, as far as it
+        perceives them, ``goal`` (x, y, yaw), not connected if there is no goal;
+        all in W, in SI units. An optional input ``scan`` takes the distances
+        that ``task.lidar`` measures, in meters. Outputs: ``velocity_command``
+        gives (v, omega), in m/s and rad/s, ``status`` a `PlannerStatus`, and
+        ``path``, abstract, the planned path: an array of shape (k, 2) or (k,
+        3), rows (x, y) or (x, y, yaw). Optional outputs ``local_costmap`` and
+        ``global_costmap``, abstract, give a `Costmap` each, for Meshcat to
+        draw.
         """
 
     def AddToBuilder(
         self, builder: Any, task: PlanningTask, *, name: str = "planner"
     ) -> Any:
-        """Adds the planner to a builder, and returns it.
-
-        Args:
-            builder: A DiagramBuilder.
-            task: What it is to know of the robot and the world.
-            name: What the system is called.
+        """Adds the planner to a DiagramBuilder and returns it.
 
         Raises:
             TypeError: If it lacks a port: see `MakeSystem`.
             ValueError: If the period is not a multiple of the time step.
         """
-        # Reading a scenario does without Drake.
+        # Imported here, so that reading a scenario does not load Drake.
         from hunav_drake.systems.common.ports import CheckPorts
 
         system = self.MakeSystem(task)
@@ -171,16 +162,17 @@ class PlannerConfig(ABC):
 
 
 class View(NamedTuple):
-    """What a planner sees in one cycle; the arrays are read-only.
+    """A planner's observation in one cycle; the arrays are read-only.
 
     Attributes:
         robot: The row (x, y, yaw, vx, vy, omega, radius) of the robot.
-        humans: Shape (n, 7): such rows of the people. Those who are outside,
-            if people come and go, or not seen are far away: see
-            `layout.OUTSIDE`. None for who sees by the lidar alone.
+        humans: Shape (n, 7): such rows of the people. People who are absent or
+            not seen are placed far away: see `layout.OUTSIDE`. No rows with
+            lidar perception.
         goal: (x, y, yaw), in meters and radians.
-        scan: The distances that ``task.lidar`` measures, in meters; None if
-            the planner does not ask for them. `scan_points` makes points.
+        scan: The distances that ``task.lidar`` measures, in meters; None if the
+            planner does not ask for them. `scan_points` converts them to
+            points.
     """
 
     robot: Array
@@ -190,16 +182,16 @@ class View(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """What a planner decides in one cycle.
+    """A planner's decision in one cycle.
 
     Attributes:
-        v: The speed forwards, in m/s.
+        v: The forward speed, in m/s.
         omega: The turn rate, in rad/s.
-        status: What it is doing.
-        memory: What it wants to know in the next cycle; immutable.
-        path: What it means to follow, shape (k, 2) or (k, 3), rows (x, y) or
-            (x, y, yaw) in W.
-        reason: Why it does not just drive, in words. It is kept with the
+        status: The status of the planner.
+        memory: The memory for the next cycle; immutable.
+        path: The planned path, shape (k, 2) or (k, 3), rows (x, y) or (x, y,
+            yaw) in W.
+        reason: Why it is not simply driving, as text. It is stored with the
             memory, and so needs an `initial_memory`.
     """
 
@@ -214,27 +206,26 @@ class Plan(NamedTuple):
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class PurePlanner(PlannerConfig):
-    """What `Planner` has, but for the system that it makes."""
+    """Base class of `Planner`, without the system that it makes."""
 
     initial_memory: ClassVar[Any] = None
-    """What it remembers before the first cycle, and while there is no goal.
-    With None, it decides by what it sees alone: it gives no memory and no path,
-    and a trial is faster by some 50 us per step."""
+    """The memory before the first cycle, and while there is no goal. With None,
+    decisions depend on the observation alone: the planner gives no memory and
+    no path, and a trial is faster by about 50 us per step."""
 
     scan_size: ClassVar[int | None] = 0
-    """How many distances of a lidar it asks for; None for as many as the lidar
-    of its task has, 0 for no port ``scan`` unless it sees by the lidar."""
+    """The number of lidar distances it needs; None for those of the task's
+    lidar, 0 for no port ``scan``, except with lidar perception."""
 
     decides_by: ClassVar[str] = "plan"
-    """The method that its author writes; what it raises is told with its place.
-    """
+    """The method that its author writes; errors name the line in it."""
 
     cycle_limit: (
         Annotated[StrictFloat, within(0, 3600, "s", low_open=True)] | None
     ) = None
-    """How long a cycle may take, in seconds of the wall clock; None for as long
-    as it takes. A trial whose planner takes longer ends there, so that it
-    depends on the machine; nothing else does."""
+    """Maximum wall-clock time of a cycle, in seconds; None for no limit. A
+    trial whose planner exceeds it ends with an error, and so depends on the
+    machine; nothing else does."""
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -244,34 +235,26 @@ class PurePlanner(PlannerConfig):
 
     @abstractmethod
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
-        """Decides the command of one cycle.
-
-        Args:
-            task: What does not change.
-            view: What it sees now.
-            memory: What the last cycle remembered.
-        """
+        """Returns the decision of one cycle from the last cycle's memory."""
 
 
 def asked_scan_size(planner: PlannerConfig) -> int | None:
-    """Returns how many distances of a lidar a planner asks for.
+    """Returns the number of lidar distances that a planner needs.
 
-    None is for as many as the lidar has, 0 for none.
+    None for those of the task's lidar, 0 for none.
     """
     size: int | None = getattr(planner, "scan_size", 0)
     return None if size == 0 and planner.sees.by_lidar else size
 
 
 def check_arguments(function: Any, label: str, *first: str) -> None:
-    """Checks that a function takes what a planner is called with.
+    """Checks that a function takes the arguments of a planner.
 
-    Args:
-        function: The function.
-        label: What it is called in the message.
-        first: Arguments before the usual ones.
+    `label` is its name in the message, `first` are arguments before the usual
+    ones.
 
     Raises:
-        TypeError: If it does not take (task, view, memory), or is none.
+        TypeError: If it does not take (task, view, memory) or is no function.
     """
     names = (*first, "task", "view", "memory")
     usual = ", ".join(names)

@@ -1,27 +1,21 @@
-"""What is raised when a planner is broken."""
+"""The error of a broken planner."""
 
 import traceback
 from types import CodeType
 
 
 class PlannerError(RuntimeError):
-    """A planner could not decide, or decided something that cannot be.
+    """A planner failed, or its decision is not valid.
 
     Attributes:
         planner: The name of the planner.
-        time: When it happened, in seconds of simulated time.
-        reason: What happened, in words.
+        time: The simulated time of the failure, in seconds.
+        reason: The description of the failure.
     """
 
     def __init__(self, planner: str, time: float, reason: str) -> None:
-        """Constructs a PlannerError.
-
-        Args:
-            planner: The name of the planner.
-            time: When it happened, in seconds of simulated time.
-            reason: What happened, in words.
-        """
-        # All of them, so that it goes from one process to another.
+        """Constructs a PlannerError: see its attributes."""
+        # All of them, so that it can be pickled.
         super().__init__(planner, time, reason)
         self.planner = planner
         self.time = time
@@ -35,12 +29,12 @@ class PlannerError(RuntimeError):
 
 
 def told(error: BaseException, code: CodeType | None = None) -> str:
-    """Returns an exception in one line: its type, its text and its place.
+    """Returns an exception as one line: its type, text and location.
 
     Args:
         error: The exception.
-        code: Of the file of which the last line is told; by default that where
-            the exception was raised.
+        code: Code in the file whose last line in the traceback is given; by
+            default, the file that raised the exception.
     """
     frames = traceback.extract_tb(error.__traceback__)
     if code is not None:

@@ -1,4 +1,4 @@
-"""Planners that decide by a pure function: a class, or a plain function."""
+"""Planners that are pure functions: a class or a plain function."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,11 +20,11 @@ from hunav_drake.systems.planning.planner import (
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class Planner(PurePlanner):
-    """A planner that decides by a pure function, as a `LocalPlanner` does.
+    """A planner that decides by a pure function, run by a `LocalPlanner`.
 
-    Whatever it wants to remember goes through ``memory``, an immutable value
-    of any type, which lives in the Context: None, numbers, texts, tuples,
-    NamedTuples, frozen dataclasses and read-only arrays are saved with it.
+    Its state is ``memory``, an immutable value of any type that lives in the
+    Context. None, numbers, texts, tuples, NamedTuples, frozen dataclasses and
+    read-only arrays are saved with it.
     """
 
     def MakeSystem(self, task: PlanningTask) -> Any:
@@ -40,9 +40,9 @@ PlanFunction = Callable[[PlanningTask, View, Any], Plan]
 def register_plan[Function: PlanFunction](
     name: str, *, initial_memory: Any = None, scan_size: int = 0
 ) -> Callable[[Function], Function]:
-    """Returns a decorator that makes a function a planner, known by a name.
+    """Returns a decorator that registers a function as a planner.
 
-    For a planner without parameters of its own:
+    For a planner without additional parameters:
 
         @register_plan("straight")
         def straight(task, view, memory):
@@ -51,7 +51,7 @@ def register_plan[Function: PlanFunction](
     Its class is `straight.planner`.
 
     Args:
-        name: What it is called in scenarios.
+        name: Its name in scenarios.
         initial_memory: See `Planner`.
         scan_size: See `Planner`.
 
@@ -71,11 +71,11 @@ def register_plan[Function: PlanFunction](
                 return function(task, view, memory)
 
         made: Any = FunctionPlanner
-        # Where errors are told to be.
+        # The function that errors refer to.
         made.plan.__wrapped__ = function
         made.initial_memory = initial_memory
         made.scan_size = scan_size
-        # So that pickle finds it, and so that it may be defined again.
+        # Lets pickle find it, and lets it be defined again.
         made.__module__ = function.__module__
         made.__name__ = label.rpartition(".")[2]
         made.__qualname__ = f"{label}.planner"

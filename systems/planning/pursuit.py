@@ -1,4 +1,4 @@
-"""Regulated pursuit: straight to the goal, slower for what is in the way."""
+"""Regulated pursuit: straight to the goal, slower before obstacles."""
 
 import math
 from typing import Annotated, Any
@@ -30,51 +30,51 @@ from hunav_drake.systems.planning.scanned_bodies import BODY_RADIUS, bodies
 @register_planner("pursuit")
 @dataclass(kw_only=True, config=CONFIG)
 class PursuitPlanner(Planner):
-    """Drives at the goal; slows and stops for what stands before it.
+    """Drives straight to the goal; slows and stops before obstacles.
 
-    The robot turns on the spot towards a goal that lies off to the side, and
-    else steers at it while it drives. Its speed is regulated: down in turns,
-    near the goal, and before people and walls in its lane, so that it can
-    always stop `stop_distance` short of them. It does not drive around
-    anything.
+    The robot turns in place towards a goal that lies off its heading, and
+    otherwise steers towards it while driving. Its speed is lower in turns, near
+    the goal, and before people and walls in its lane, so that it can always
+    stop `stop_distance` short of them. It does not drive around obstacles.
     """
 
     cruise_speed: PositiveSpeed = 0.6
-    """The speed on a free way, in m/s; the robot's own limit holds too."""
+    """Speed on a free path, in m/s. The robot's own limit holds, too."""
 
     heading_gain: Annotated[
         StrictFloat, within(0, 100, "1/s", low_open=True)
     ] = 2.0
-    """The turn rate per angle to the goal, in 1/s."""
+    """Turn rate per angle to the goal, in 1/s."""
 
     turn_in_place_angle: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.8
-    """A goal farther off the heading than this is first turned to, in radians.
+    """Angle to the goal above which the robot turns in place first, in radians.
     """
 
     stop_distance: Length = 0.3
-    """The distance kept to what stands in the way, in meters."""
+    """Distance kept from obstacles ahead, in meters."""
 
     side_margin: Length = 0.1
-    """The room on each side of the robot that must be free of people, in
-    meters."""
+    """Margin on each side of the robot that must be free of people, in meters.
+    """
 
     lookahead: PositiveLength = 3.0
-    """How far ahead it looks, in meters."""
+    """Range of the obstacle check ahead, in meters."""
 
     deceleration: Annotated[
         StrictFloat, within(0, 100, "m/s^2", low_open=True)
     ] = 0.5
-    """How hard it brakes for what it sees, in m/s^2; the robot's own limit
-    holds too."""
+    """Deceleration before obstacles, in m/s^2. The robot's own limit holds,
+    too."""
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle: see `Planner.plan`."""
         x, y, yaw = view.robot[:3].tolist()
         goal_x, goal_y, goal_yaw = view.goal.tolist()
         distance = math.hypot(goal_x - x, goal_y - y)
-        # Well inside, so that the trial sees the goal as reached.
+        # Well within the tolerance, so that the trial counts the goal as
+        # reached.
         if distance <= 0.5 * task.goal_tolerance:
             return self._turn_at_goal(task, wrap_angle(goal_yaw - yaw))
 
@@ -89,7 +89,7 @@ class PursuitPlanner(Planner):
         wanted = min(wanted, self._stoppable(task, distance, braking))
         wanted = min(wanted, distance / self.reaction_time(task))
         free = self._free_way(task, view) - self.stop_distance
-        # What it drives on before the next command counts as used up.
+        # The distance driven before the next command counts as used up.
         free = max(free - wanted * self.period, 0.0)
         v = min(wanted, math.sqrt(2 * braking * free))
         if v < 0.01:
@@ -99,14 +99,14 @@ class PursuitPlanner(Planner):
         return Plan(v, omega, status)
 
     def _turn_at_goal(self, task: PlanningTask, error: float) -> Plan:
-        """Turns to the heading of the goal, if that matters."""
+        """Returns the turn to the heading of the goal, if it matters."""
         if abs(error) <= 0.5 * task.goal_yaw_tolerance:
             return Plan(0.0, 0.0, PlannerStatus.ARRIVED)
         omega = self._turn_rate(task, error)
         return Plan(0.0, omega, PlannerStatus.DRIVING)
 
     def _turn_rate(self, task: PlanningTask, error: float) -> float:
-        """Returns how fast it turns by what is left of an angle, in rad/s."""
+        """Returns the turn rate for a remaining angle, in rad/s."""
         gain = min(self.heading_gain, 1 / self.reaction_time(task))
         most = task.limits.max_turn_rate
         if self.period > task.time_step:
@@ -117,15 +117,15 @@ class PursuitPlanner(Planner):
     def _stoppable(
         self, task: PlanningTask, way: float, braking: float
     ) -> float:
-        """Returns the rate that can end on a way, though asked only so often.
+        """Returns the rate from which it can stop within a distance.
 
-        For the time between two commands, but for a step, it goes on blindly.
+        Between two commands, except for one time step, it cannot react.
         """
         blind = braking * (self.period - task.time_step)
         return math.sqrt(blind * blind + 2 * braking * way) - blind
 
     def _free_way(self, task: PlanningTask, view: View) -> float:
-        """Returns how far the robot can drive straight on, in meters."""
+        """Returns the free distance straight ahead, in meters."""
         x, y, yaw = view.robot[: YAW + 1].tolist()
         free: float = clearance_ahead(
             *(x, y, yaw, task.robot_radius),

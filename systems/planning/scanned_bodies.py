@@ -1,4 +1,4 @@
-"""What a scan tells of people, for planners that need bodies, not cells."""
+"""Bodies from a lidar scan, for planners that need bodies, not cells."""
 
 import math
 
@@ -10,29 +10,23 @@ from hunav_drake.systems.planning.planner import PlanningTask, View
 from hunav_drake.systems.sensing.scans import scan_points
 from hunav_drake.systems.world.obstacles import nearest_wall
 
-# The disc about a point that was met: the rest of a leg, and the other one.
+# The radius of the disc at a hit, for both legs of a person, in meters.
 BODY_RADIUS = 0.2
 
-# Points so near to a wall of the map, or to the middle of somebody known, in
-# meters, are of them; and points so near to the last body are of that one.
+# Points within these distances of a wall of the map, or of the center of a
+# known person, belong to them; points near the last body belong to it. In
+# meters.
 _NEAR_WALL = 0.1
 _NEAR_PERSON = 0.4
 _SAME_BODY = 0.2
 
 
 def bodies(task: PlanningTask, view: View, reach: float = math.inf) -> Array:
-    """Returns whom to keep off: people, and what the lidar met besides walls.
+    """Returns the bodies to avoid: people, and lidar hits other than walls.
 
-    Without a scan these are the people whom the planner sees. With one, each
-    thing that is neither a wall of the map nor one of them is a body at rest.
-
-    Args:
-        task: What does not change.
-        view: What the planner sees.
-        reach: What the lidar met farther away does not count, in meters.
-
-    Returns:
-        Shape (k, 7), rows of `human_states`.
+    Without a scan these are the people that the planner sees. With one, each
+    object within `reach` (in meters) that is neither a wall of the map nor a
+    known person is a body at rest. Shape (k, 7), rows of `human_states`.
     """
     humans = np.ascontiguousarray(view.humans, dtype=float)
     if view.scan is None:

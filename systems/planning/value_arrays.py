@@ -1,9 +1,9 @@
-"""Immutable values as arrays, to be written to a file, and back.
+"""Conversion of immutable values to arrays for files, and back.
 
-Values are None, truths, numbers, texts, NumPy arrays, and tuples, NamedTuples,
-members of an Enum and frozen dataclasses made of such. Nothing of a file is
-run: a class is looked up among those that are loaded, and an object is filled
-without its constructor.
+Values are None, booleans, numbers, texts, NumPy arrays, and tuples,
+NamedTuples, members of an Enum and frozen dataclasses of such values. No code
+of a file runs: a class is looked up among the loaded ones, and an object is
+filled without its constructor.
 """
 
 import dataclasses
@@ -22,12 +22,12 @@ _FORM = "value"
 
 
 def to_arrays(value: Any, what: str) -> Arrays:
-    """Returns arrays that a value can be made of again.
+    """Returns arrays from which a value can be restored.
 
     Raises:
-        ValueError: If it is made of something else than the module tells, or
-            of a class that is not at the top level of a module. The message
-            begins with `what` the value is.
+        ValueError: If it holds anything else than the module lists, or a class
+            that is not at the top level of a module. The message begins with
+            `what`, a name of the value.
     """
     arrays: Arrays = {}
     form = _form(value, arrays, what)
@@ -38,13 +38,12 @@ def from_arrays(arrays: Arrays) -> Any:
     """Returns the value that `to_arrays` turned into arrays.
 
     Raises:
-        ValueError: If they do not hold one, or one of a class that is not
-            loaded.
+        ValueError: If they hold no value, or one of a class that is not loaded.
     """
     try:
         return _value(json.loads(str(arrays[_FORM])), arrays)
     except (LookupError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(f"is no value: {error!r}") from error
+        raise ValueError(f"holds no value: {error!r}") from error
 
 
 def _form(value: Any, arrays: Arrays, what: str) -> Any:
@@ -112,7 +111,7 @@ def _value(form: Any, arrays: Arrays) -> Any:
 def _is_value_class(cls: type[Any]) -> bool:
     if issubclass(cls, tuple):
         return hasattr(cls, "_fields")
-    # Nothing public tells whether a dataclass is frozen.
+    # There is no public way to ask whether a dataclass is frozen.
     is_frozen = dataclasses.is_dataclass(cls) and (
         cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
     )
@@ -121,21 +120,21 @@ def _is_value_class(cls: type[Any]) -> bool:
 
 def _names(cls: type[Any]) -> tuple[str, ...]:
     if issubclass(cls, tuple):
-        # (A NamedTuple has them, as `_is_value_class` has checked.)
+        # (A NamedTuple has them; `_is_value_class` has checked this.)
         names: tuple[str, ...] = cls._fields  # type: ignore[attr-defined]
         return names
     return tuple(field.name for field in dataclasses.fields(cls))
 
 
 def _hints(cls: type[Any]) -> dict[str, Any]:
-    """Returns the types of fields; none if some cannot be looked up."""
+    """Returns the types of fields; empty if some cannot be looked up."""
     try:
         return get_type_hints(cls)
     except (NameError, TypeError):
         return {}
 
 
-# What else than itself a type of numbers takes.
+# The types that a numeric field accepts.
 _LIKE: dict[Any, Any] = {
     bool: (bool, np.bool_),
     int: (int, np.integer),
@@ -144,7 +143,7 @@ _LIKE: dict[Any, Any] = {
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Tells whether a value is of the type of a field."""
+    """Returns whether a value has the type of a field."""
     origin, parts = get_origin(hint) or hint, get_args(hint)
     if origin in (Union, UnionType):
         return any(_fits(value, part) for part in parts)
@@ -156,7 +155,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if origin is None:
         return value is None
     if origin in (np.ndarray, NDArray) and parts:
-        # (What numpy tells of an array depends on its version.)
+        # (The type arguments of an array depend on the version of NumPy.)
         numbers = get_args(parts[-1]) or parts[-1:]
         is_told = isinstance(numbers[0], type)
         return isinstance(value, np.ndarray) and (
@@ -171,7 +170,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _find(kind: str) -> type[Any] | None:
-    """Returns a class that is loaded, by its module and name."""
+    """Returns a loaded class by its module and name."""
     module, _, name = kind.partition(":")
     found = getattr(sys.modules.get(module), name, None)
     return found if isinstance(found, type) else None

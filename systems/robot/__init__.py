@@ -1,4 +1,4 @@
-"""Robots that people meet."""
+"""Robots among people."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Tries a model of a robot, before a trial depends on it."""
+"""Tries a robot model before a trial depends on it."""
 
 from typing import Any
 
@@ -14,20 +14,14 @@ from hunav_drake.systems.robot.robot_config import RobotTask
 from hunav_drake.systems.robot.robots import UrdfRobot
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# The first steps of a trial, in seconds, and a speed and a turn rate.
+# The time step and the duration, in seconds, and a speed and a turn rate.
 _STEP, _DURATION, _COMMAND = 0.05, 0.1, (0.1, 0.1)
 
 
 def try_robot(
     file: str, packages: dict[str, str], base: str, drive: dict[str, Any]
 ) -> None:
-    """Drives a robot for two steps, alone on a floor.
-
-    Args:
-        file: See `UrdfRobot`.
-        packages: See `UrdfRobot`.
-        base: See `UrdfRobot`.
-        drive: A `DriveConfig` as data.
+    """Drives a robot (see `UrdfRobot`) alone on a floor for two steps.
 
     Raises:
         ModelFault: If it cannot be driven.

@@ -1,4 +1,4 @@
-"""Any body of a MultibodyPlant as a robot that people meet."""
+"""A body of a MultibodyPlant as a robot among people."""
 
 import math
 
@@ -21,7 +21,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE
 
 
 class BodyState(LeafSystem):
-    """Turns the pose and velocity of a body B into a row of `robot_state`.
+    """Converts the pose and velocity of a body B to a row of `robot_state`.
 
     .. pydrake_system::
 
@@ -32,23 +32,21 @@ class BodyState(LeafSystem):
         output_ports:
         - robot_state
 
-    The inputs take the outputs of a MultibodyPlant that have these names.
-    Port ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W,
-    in SI units: where the body's origin Bo stands on the floor (the x-y plane)
-    and how it moves there, the direction of the body's x axis seen from above,
+    The inputs take the outputs of a MultibodyPlant that have these names. Port
+    ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W, in SI
+    units: the position and velocity of the body's origin Bo projected onto the
+    floor (the x-y plane), the direction of the body's x axis seen from above,
     and the turn rate about the vertical. For a body whose x axis is vertical,
     the yaw is 0.
 
-    There is no state: the output follows from the inputs at once.
+    It has no state: the output is a function of the inputs.
     """
 
     def __init__(self, body_index: BodyIndex, radius: float) -> None:
-        """Constructs a BodyState.
+        """Constructs a BodyState of a body in the plant.
 
-        Args:
-            body_index: Which body of the plant.
-            radius: The radius of the disc that people take the robot for,
-                around the body's origin, in meters.
+        The radius of the robot's disc for people is around the body's origin,
+        in meters.
 
         Raises:
             ValueError: If ``radius`` is not positive and finite.
@@ -86,7 +84,7 @@ class BodyState(LeafSystem):
         X_WB = self._body_poses.Eval(context)[self._index]
         V_WB = self._body_spatial_velocities.Eval(context)[self._index]
         (cos, _, _, x), (sin, _, _, y), *_ = X_WB.GetAsMatrix34().tolist()
-        # Rounding leaves some 1e-17 of an axis that is vertical.
+        # Rounding leaves about 1e-17 of a vertical axis.
         upright = math.hypot(cos, sin) < 1e-9
         yaw = 0.0 if upright else math.atan2(sin, cos)
         _, _, omega, vx, vy, _ = V_WB.get_coeffs().tolist()
@@ -100,14 +98,14 @@ def AddBodyState(
     *,
     radius: float,
 ) -> OutputPort:
-    """Adds what people see of a plant's body as a robot.
+    """Adds the state of a plant's body as a robot among people.
 
     Args:
-        builder: Where the plant is; the system added is named "state_of_"
-            and the scoped name of the body, with "_" for "::".
+        builder: The builder with the plant; the added system is named
+            "state_of_" and the scoped name of the body, with "_" for "::".
         plant: A finalized plant.
         body: A body of the plant, such as the base of a robot.
-        radius: The radius of the disc that people take it for, in meters.
+        radius: The radius of the robot's disc for people, in meters.
 
     Returns:
         The port ``robot_state``: see `BodyState`.
@@ -129,7 +127,7 @@ def AddBodyState(
             f" {plant.get_name()!r}: take it from plant.GetBodyByName(...)"
         )
     name = "state_of_" + scoped_name.replace("::", "_")
-    # Drake ends the interpreter over a name that is taken.
+    # Drake aborts the interpreter if a name is taken.
     if builder.HasSubsystemNamed(name):
         raise ValueError(
             f"there is a system {name!r} already: connect its port robot_state"

@@ -10,12 +10,12 @@ from hunav_drake.systems.common.layout import (
     Contact,
 )
 
-# Speeds of approach that differ by less are equal, in m/s.
+# Approach speeds that differ by less are equal, in m/s.
 SPEED_RESOLUTION = 1e-6
 
-# A row of memory is a row of `contacts`, then the time since the last touch,
-# in seconds, and the speeds at which the robot and the person have closed in
-# on each other of late, in m/s.
+# A row of memory is a row of `contacts`, then the time since the last touch, in
+# seconds, and the recent approach speeds of the robot and of the person, in
+# m/s.
 SINCE, ROBOT_SPEED, PERSON_SPEED = range(CONTACT_SIZE, CONTACT_SIZE + 3)
 MEMORY_SIZE = CONTACT_SIZE + 3
 
@@ -28,29 +28,20 @@ def count_contacts(
     closing: Array,
     duration: float,
 ) -> Array:
-    """Returns the memory of contacts at the end of a step.
+    """Returns the memory of contacts, rows of `MEMORY_SIZE`, after a step.
 
-    Where a contact begins, it is charged to who closed in faster, or to both
-    if they are equally fast (the rule of SEAN). What counts is the larger of
-    the speeds now and those of late: bodies are stopped, or pushed, in the very
-    step in which they touch. Who goes away counts as at rest: so who grazes
-    the other is charged, however slowly the two closed in, and of two who did
-    not (they stood in each other at the start), both are. Each contact is
-    charged to somebody.
+    A new contact is attributed to the one who approached faster, or to both if
+    they are equally fast (the rule of SEAN). The larger of the current and the
+    recent speeds counts, because bodies are stopped, or pushed, in the step in
+    which they touch. Moving away counts as at rest: so the one who grazes the
+    other is charged at any approach speed, and if none approached (they
+    overlapped at the start), both are. Each contact is attributed to at least
+    one of the two.
 
-    Args:
-        memory: Shape (n, MEMORY_SIZE), at the start of the step.
-        touching: Shape (n,): who touches the robot in this step.
-        forces: Shape (n, 2): the forces of people on the robot in W, in
-            newtons; None where nothing computes them.
-        gaps: Shape (n,), from the robot's disc to the bodies at the start of
-            the step, in meters.
-        closing: Shape (2, n), how fast robot and people then close in on each
-            other, in m/s: see `closing_speeds`.
-        duration: The length of the step, in seconds.
-
-    Returns:
-        Shape (n, MEMORY_SIZE).
+    `touching` (n,) is for this step; `forces` (n, 2) are those of people on the
+    robot in W, in newtons, None if they are not computed; `gaps` (n,), in
+    meters, and `closing` (2, n), the `closing_speeds`, are those at the start
+    of the step; `duration` is its length, in seconds.
     """
     lasted = memory[:, Contact.LASTS] > 0
     if not (touching.any() or lasted.any()):
@@ -66,7 +57,7 @@ def count_contacts(
         a, b = np.maximum(np.maximum(late, closing), 0.0)
         after[:, Contact.BY_ROBOT] += begins & (a >= b - SPEED_RESOLUTION)
         after[:, Contact.BY_PERSON] += begins & (b >= a - SPEED_RESOLUTION)
-        # (Both speeds of one instant, as one may step back from the other.)
+        # (Both speeds of the same instant, as one may recede from the other.)
         speed = np.maximum(closing[0] + closing[1], late[0] + late[1])
         after[begins, Contact.RELATIVE_SPEED] = np.maximum(speed, 0)[begins]
         after[begins, Contact.PEAK_FORCE] = 0.0

@@ -1,4 +1,4 @@
-"""A kinematic robot with two driven wheels."""
+"""A kinematic differential-drive robot."""
 
 import math
 
@@ -31,11 +31,12 @@ from hunav_drake.systems.crowd.walls.keep_out import (
 )
 from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE, count_contacts
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot.robot_driver import next_velocity
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_wall
 
 
 class DifferentialDrive(LeafSystem):
-    """A robot that follows a speed and a turn rate within its limits.
+    """Follows a speed and a turn rate within the limits of the robot.
 
     .. pydrake_system::
 
@@ -46,23 +47,23 @@ class DifferentialDrive(LeafSystem):
         - robot_state
         - wall_contact
 
-    Every ``time_step``, the speed and the turn rate move towards the command,
-    no faster than the limits allow; the robot then drives an exact arc. The
-    command itself is cut to the limits.
+    Every ``time_step``, the speed and the turn rate change towards the command
+    within the acceleration limits; the robot then drives an exact arc. The
+    command itself is clipped to the limits.
 
-    Port ``velocity_command`` takes (v, omega): the speed forwards in m/s and
-    the turn rate in rad/s, counter-clockwise. Port ``robot_state`` gives the
-    row (x, y, yaw, vx, vy, omega, radius) in W, in SI units.
+    Port ``velocity_command`` takes (v, omega): the forward speed in m/s and the
+    counterclockwise turn rate in rad/s. Port ``robot_state`` gives the row (x,
+    y, yaw, vx, vy, omega, radius) in W, in SI units.
 
-    Walls stop the disc of the robot: it goes as far as it can, and then along
-    the wall, as `keep_out_of_walls` tells, while its wheels turn on; port
-    ``robot_state`` tells how fast it moves. Port ``wall_contact`` gives a row
-    of `layout.Contact` of all walls together: the robot is in a contact where
-    it is stopped, or would be if walls did so. Forces are 0.
+    Walls stop the disc of the robot: it moves as far as possible, and then
+    along the wall (see `keep_out_of_walls`), while its wheels keep turning;
+    port ``robot_state`` gives the actual velocity. Port ``wall_contact`` gives
+    a row of `layout.Contact` for all walls together: the robot is in contact
+    where walls stop it, or would if they could. Forces are 0.
 
     The discrete state holds (x, y, yaw, v, omega), with the speed v of the
-    wheels; a row of `contact_rows`; and what walls took of the velocity in the
-    last step, (vx, vy) in W.
+    wheels; a row of `contact_rows`; and the velocity (vx, vy) in W that walls
+    took away in the last step.
     """
 
     def __init__(
@@ -75,11 +76,7 @@ class DifferentialDrive(LeafSystem):
     ) -> None:
         """Constructs a DifferentialDrive that starts at rest.
 
-        Args:
-            config: The radius, the limits and the start of the robot.
-            time_step: The time between two updates, in seconds.
-            obstacles: The walls; none by default.
-            walls_stop: Whether they stop it.
+        There are no walls by default; `time_step` is in seconds.
 
         Raises:
             ValueError: If ``time_step`` is not positive.
@@ -115,7 +112,7 @@ class DifferentialDrive(LeafSystem):
         )
 
     def get_velocity_command_input_port(self) -> InputPort:
-        """Returns the port with the wanted speed and turn rate."""
+        """Returns the port with the commanded speed and turn rate."""
         return self._velocity_command
 
     def get_robot_state_output_port(self) -> OutputPort:
@@ -127,7 +124,7 @@ class DifferentialDrive(LeafSystem):
         return self._wall_contact
 
     def SetPose(self, context: Context, pose: ArrayLike) -> None:
-        """Puts the robot at rest at a pose (x, y, yaw), in meters, radians."""
+        """Places the robot at rest at (x, y, yaw), in meters and radians."""
         context.SetDiscreteState(
             self._state, np.concatenate([np.asarray(pose, dtype=float), [0, 0]])
         )
@@ -138,35 +135,21 @@ class DifferentialDrive(LeafSystem):
         x, y, yaw, v, omega = state.tolist()
         lost_x, lost_y = context.get_discrete_state(self._lost).value().tolist()
         vx, vy = v * math.cos(yaw) - lost_x, v * math.sin(yaw) - lost_y
-        # (Drake takes an array in half the time of a list.)
+        # (Drake converts an array in half the time of a list.)
         row = np.array([x, y, yaw, vx, vy, omega, self._radius])
         output.SetFromVector(row)
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        wanted_v, wanted_omega = self._velocity_command.Eval(context).tolist()
-        if not (math.isfinite(wanted_v) and math.isfinite(wanted_omega)):
-            raise RuntimeError(
-                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" velocity_command must be finite, got ({wanted_v},"
-                f" {wanted_omega}). Look at the planner that gives it."
-            )
         state = context.get_discrete_state(self._state).value()
-        x, y, yaw, v, omega = state.tolist()
+        x, y, yaw, *velocity = state.tolist()
         dt = self._time_step
-        limits = self._limits
-        v = _approach(
-            v,
-            _clip(wanted_v, -limits.max_reverse_speed, limits.max_speed),
-            limits.max_acceleration * dt,
-        )
-        omega = _approach(
-            omega,
-            _clip(wanted_omega, -limits.max_turn_rate, limits.max_turn_rate),
-            limits.max_turn_acceleration * dt,
+        v, omega = next_velocity(
+            *(self, context, self._velocity_command, velocity),
+            *(self._limits, dt),
         )
         turn = omega * dt
-        # The chord of the arc: its length is that of the arc times
-        # sin(turn/2) / (turn/2), and it points half the turn ahead.
+        # The chord of the arc: its length is that of the arc times sin(turn/2)
+        # / (turn/2), and it points along the heading at half the turn.
         half = turn / 2
         chord = v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
         start = np.array([x, y])
@@ -181,7 +164,7 @@ class DifferentialDrive(LeafSystem):
             if self._walls_stop and (place != (x, y)).any():
                 x, y = place.tolist()
                 lost += [v * math.cos(yaw), v * math.sin(yaw)]
-                # (Who is put out of a wall is so at rest.)
+                # (A robot that is moved out of a wall is at rest.)
                 if math.dist(place, start) <= abs(chord) * (1 + 1e-9):
                     lost -= (place - start) / dt
             discrete_state.set_value(self._lost, lost)
@@ -194,7 +177,7 @@ class DifferentialDrive(LeafSystem):
         start: Array,
         end: Array,
     ) -> Array:
-        """Counts contacts in a step; returns the end that walls allow, (2,)."""
+        """Counts contacts in a step; returns the position that walls allow."""
         before = np.zeros((1, MOTION_SIZE))
         after = before.copy()
         before[0, : Y + 1] = start
@@ -207,7 +190,7 @@ class DifferentialDrive(LeafSystem):
         if stopped or memory[Contact.LASTS]:
             gap = math.dist(start, nearest_wall(self._obstacles, start))
             gap -= self._radius
-            # How fast it drives into the wall, however far off that was.
+            # The speed into the wall, at any distance from it.
             into, way = (end - place).tolist(), (end - start).tolist()
             speed = into[X] * way[X] + into[Y] * way[Y]
             speed /= max(math.hypot(*into), 1e-12) * self._time_step
@@ -225,12 +208,3 @@ class DifferentialDrive(LeafSystem):
     def _CalcWallContact(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(self._memory).value()
         output.SetFromVector(memory[:CONTACT_SIZE])
-
-
-def _clip(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
-
-
-def _approach(value: float, target: float, most: float) -> float:
-    """Returns the value moved towards the target by at most `most`."""
-    return value + _clip(target - value, -most, most)

@@ -1,4 +1,4 @@
-"""Counts the contacts of robots that nothing stops."""
+"""Counts the contacts of kinematic robots with people."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ from hunav_drake.systems.robot.discs import closing_speeds, gaps
 
 
 class DiscContacts(LeafSystem):
-    """Counts where the discs of a robot and of people touch.
+    """Counts the contacts between the discs of a robot and of people.
 
     .. pydrake_system::
 
@@ -42,27 +42,24 @@ class DiscContacts(LeafSystem):
         - contacts
 
     The ports take the rows (x, y, yaw, vx, vy, omega, radius) of the robot and
-    of n people in W, in SI units. The disc of the robot has the radius of its
-    row, those of people are their bodies (`HumanConfig.contact_radius`). They
-    touch where they overlap; and, as a crowd keeps them apart, where they would
-    overlap at the end of the step that begins now, if it did not. That is what
-    port ``robot_touches`` takes: n rows of a `HumanCrowd`'s port of that name.
+    of n people in W, in SI units. The robot's disc has the radius of its row,
+    those of people have their body radius (`HumanConfig.contact_radius`). They
+    touch where they overlap; and, because a crowd keeps them apart, where they
+    would otherwise overlap at the end of the step that begins now. Port
+    ``robot_touches`` takes the latter: n rows of a `HumanCrowd`'s port of that
+    name.
 
-    Port ``contacts`` gives n rows of `layout.Contact`, in which all forces are
-    0: a robot that nothing stops feels none.
+    Port ``contacts`` gives n rows of `layout.Contact`. All forces are 0,
+    because nothing stops a kinematic robot.
 
-    The discrete state holds for each person a row of `contact_rows`. It is
-    updated every ``time_step``, with the states at that instant.
+    The discrete state holds a row of `contact_rows` per person. It is updated
+    every ``time_step`` with the states at that instant.
     """
 
     def __init__(
         self, humans: Sequence[HumanConfig], *, time_step: float = 0.05
     ) -> None:
-        """Constructs a DiscContacts that has seen no contact.
-
-        Args:
-            humans: The people, in the order of ``human_states``.
-            time_step: The time between two updates, in seconds.
+        """Constructs a DiscContacts without contacts; `time_step` in seconds.
 
         Raises:
             ValueError: If ``time_step`` is not positive.
@@ -101,7 +98,7 @@ class DiscContacts(LeafSystem):
         return self._human_states
 
     def get_robot_touches_input_port(self) -> InputPort:
-        """Returns the port with how people and robot would meet."""
+        """Returns the port with the contacts that the crowd prevents."""
         return self._robot_touches
 
     def get_contacts_output_port(self) -> OutputPort:
@@ -125,7 +122,7 @@ class DiscContacts(LeafSystem):
         if self._robot_touches.HasValue(context):
             touches = self._robot_touches.Eval(context).reshape(-1, TOUCH_SIZE)
             touching |= touches[:, 0] > 0
-            # (In the step itself: people change their velocities at once.)
+            # (In the step itself: people change their velocities instantly.)
             met[1] = touches[:, 1]
         after = count_contacts(
             memory, touching, None, gap, met, self._time_step

@@ -1,4 +1,4 @@
-"""How the discs of a robot and of people lie and move, compiled by numba."""
+"""Gaps and approach speeds of a robot and people, compiled by numba."""
 
 import math
 
@@ -11,18 +11,11 @@ from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 
 @jit_as(float64[:, ::1], VECTOR, MATRIX)
 def closing_speeds(robot, humans):
-    """Returns how fast a robot and each person move towards each other.
+    """Returns the approach speeds of a robot and each person.
 
-    With n the unit vector from robot to person, these are a = v_r . n and
-    b = -v_i . n. Who stand on one another, or who are missing (a row of NaN),
-    have no n; theirs are 0.
-
-    Args:
-        robot: Shape (7,), a row of ``robot_state``.
-        humans: Shape (n, 6) or more columns, rows of ``human_states``.
-
-    Returns:
-        Shape (2, n), a and b, in m/s.
+    With n the unit vector from robot to person, these are a = v_r . n and b =
+    -v_i . n, shape (2, n), in m/s. They are 0 for coincident centers and for
+    missing people (a row of NaN), which have no n.
     """
     speeds = np.empty((2, len(humans)))
     for i in range(len(humans)):
@@ -41,14 +34,8 @@ def closing_speeds(robot, humans):
 def gaps(robot, humans, bodies):
     """Returns the gaps between the disc of a robot and bodies of people.
 
-    Args:
-        robot: Shape (7,), a row of ``robot_state``.
-        humans: Shape (n, 6) or more columns, rows of ``human_states``.
-        bodies: Shape (n,), the radii of the bodies, in meters.
-
-    Returns:
-        Shape (n,), in meters, negative where they overlap, and infinite for
-        who is missing (a row of NaN).
+    Shape (n,), in meters, negative where they overlap, and infinite for missing
+    people (a row of NaN).
     """
     result = np.empty(len(humans))
     for i in range(len(humans)):

@@ -1,4 +1,4 @@
-"""Models of robots with motors, in a MultibodyPlant that is simulated."""
+"""Motorized robot models in a simulated MultibodyPlant."""
 
 from dataclasses import dataclass
 import math
@@ -30,25 +30,23 @@ from hunav_drake.systems.robot.plant_model import (
 )
 from hunav_drake.systems.robot.robot_driver import MotorSpeeds
 
-# A motor of the drive holds a speed: it is a damper so strong, in N m s/rad,
-# or in N s/m if it pushes, with next to no spring, which Drake asks for.
+# A motor of the drive holds a speed: it is a damper with these gains, in N m
+# s/rad, or N s/m for linear motors, and with a negligible spring, which Drake
+# requires.
 _WHEEL_DAMPING, _PUSH_DAMPING, _TURN_DAMPING = 10.0, 1e4, 1e3
 _NO_SPRING = 1e-9
 
-# Any other motor holds the place where its joint starts, in N m/rad and
-# N m s/rad, or in N/m and N s/m.
+# Any other motor holds its joint's start position, with gains in N m/rad and N
+# m s/rad, or in N/m and N s/m.
 _HOLD = PdControllerGains(p=1e4, d=1e3)
 
 
 @dataclass(frozen=True)
 class DrivenModel:
-    """A model with motors, in a plant that is not finalized yet.
+    """A model with motors in a plant that is not finalized yet.
 
-    Attributes:
-        instance: The model instance.
-        base: The body that people see as the robot.
-        motors: The joints of the drive, in the order of their speeds.
-        signs: See `ModelFacts`.
+    The body `base` has the pose of the robot; `motors` are the joints of the
+    drive, in the order of their speeds; `signs` are in `ModelFacts`.
     """
 
     instance: ModelInstanceIndex
@@ -63,16 +61,12 @@ def AddDrivenModel(
     drive: DriveConfig,
     start: tuple[float, float, float],
 ) -> DrivenModel:
-    """Adds a model to a plant, with motors.
+    """Adds a model with motors to a plant that is not finalized yet.
 
-    Args:
-        plant: Not finalized yet.
-        source: The model.
-        drive: How it is driven.
-        start: The first pose (x, y, yaw) of its base, in meters and radians.
+    Its base starts at (x, y, yaw), in meters and radians.
 
     Raises:
-        ModelFault: If it cannot be driven so.
+        ModelFault: If the model does not fit the drive.
     """
     facts = inspect_model(source, drive)
     instance, base = AddModel(plant, source)
@@ -116,7 +110,7 @@ def _place(
     facts: ModelFacts,
     start: tuple[float, float, float],
 ) -> None:
-    """Puts a free body where the base starts at a pose."""
+    """Places a free body so that the base starts at a pose."""
     x, y, yaw = start
     X_WB = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, facts.height])
     root = plant.GetBodyByName(facts.root, instance)
@@ -129,40 +123,22 @@ def _AddStages(
     instance: ModelInstanceIndex,
     height: float,
 ) -> list[Joint]:
-    """Adds joints along x and y, and about z, between the world and a base."""
-    stages = [
-        plant.AddRigidBody(f"{base.name()}_{axis}", instance, inertia)
-        for axis, inertia in (
-            ("x", SpatialInertia.Zero()),
-            ("y", SpatialInertia.Zero()),
-        )
-    ]
-    x_stage, y_stage = stages
-    joints = [
-        PrismaticJoint(
-            f"{base.name()}_x",
-            plant.world_frame(),
-            x_stage.body_frame(),
-            [1, 0, 0],
-        ),
-        PrismaticJoint(
-            f"{base.name()}_y",
-            x_stage.body_frame(),
-            y_stage.body_frame(),
-            [0, 1, 0],
-        ),
-    ]
-    added = [plant.AddJoint(joint) for joint in joints]
+    """Adds joints along x, along y and about z between world and base."""
+    name, parent = base.name(), plant.world_frame()
+    added = []
+    for axis, direction in (("x", [1, 0, 0]), ("y", [0, 1, 0])):
+        stage = plant.AddRigidBody(
+            f"{name}_{axis}", instance, SpatialInertia.Zero()
+        ).body_frame()
+        joint = PrismaticJoint(f"{name}_{axis}", parent, stage, direction)
+        added.append(plant.AddJoint(joint))
+        parent = stage
     raised = plant.AddFrame(
         FixedOffsetFrame(
-            f"{base.name()}_stand",
-            y_stage.body_frame(),
-            RigidTransform([0.0, 0.0, height]),
+            f"{name}_stand", parent, RigidTransform([0.0, 0.0, height])
         )
     )
-    turning = RevoluteJoint(
-        f"{base.name()}_yaw", raised, base.body_frame(), [0, 0, 1]
-    )
+    turning = RevoluteJoint(f"{name}_yaw", raised, base.body_frame(), [0, 0, 1])
     return [*added, plant.AddJoint(turning)]
 
 
@@ -183,16 +159,10 @@ def _actuators(
 def make_motor_speeds(
     plant: MultibodyPlant, model: DrivenModel, drive: DriveConfig
 ) -> tuple[MotorSpeeds, list[float]]:
-    """Returns what all motors of a model are to do.
+    """Returns the commands of all motors of a model in a finalized plant.
 
-    Args:
-        plant: The plant of the model, finalized.
-        model: The model.
-        drive: How it is driven.
-
-    Returns:
-        The function of `RobotDriver` that gives the speeds of all motors, in
-        the order of the plant's port, and the places that they hold.
+    These are the function of `RobotDriver` that gives the speeds of all motors,
+    in the order of the plant's port, and the positions that they hold.
     """
     actuators = [
         plant.get_joint_actuator(index)
@@ -211,7 +181,7 @@ def make_motor_speeds(
         fastest = drive.max_wheel_speed * radius
 
         def wheels(v: float, omega: float, yaw: float) -> list[float]:
-            """Slows both wheels alike, so that the curve stays the same."""
+            """Scales both wheels equally, which keeps the curvature."""
             rim = abs(v) + half * abs(omega)
             scale = min(1.0, fastest / rim) / radius if rim else 0.0
             speeds = [0.0] * count

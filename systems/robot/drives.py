@@ -1,4 +1,4 @@
-"""How a model of a robot is driven: choices of a scenario's robot."""
+"""The drives of robot models: choices of a scenario's robot."""
 
 from typing import Annotated, Any
 
@@ -19,10 +19,10 @@ WheelSpeed = Annotated[StrictFloat, within(0, 1e4, "rad/s", low_open=True)]
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class DriveConfig:
-    """What both drives derive from; which one it is, a derived class tells."""
+    """Base class of the two drives."""
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Refuses drives from elsewhere, which no plant knows."""
+        """Refuses user-defined drives, which plants do not support."""
         super().__init_subclass__(**options)
         if not cls.__module__.startswith("hunav_drake."):
             raise TypeError(
@@ -39,56 +39,54 @@ DRIVES = Registry("drive", DriveConfig, default="differential")
 @DRIVES.register("differential")
 @dataclass(kw_only=True, config=CONFIG)
 class DifferentialWheels(DriveConfig):
-    """Two driven wheels; what else carries the robot rolls or slides."""
+    """Differential drive: two driven wheels; other supports roll or slide."""
 
     left_wheel: Name
-    """The joint that turns the left wheel, about the y axis of the base or the
-    opposite one."""
+    """Joint of the left wheel; its axis is along the base's y axis or opposite
+    to it."""
 
     right_wheel: Name
-    """The joint that turns the right wheel, about the y axis of the base or the
-    opposite one."""
+    """Joint of the right wheel; its axis is along the base's y axis or opposite
+    to it."""
 
     wheel_separation: Size
-    """The distance between the wheels, in meters."""
+    """Distance between the wheels, in meters."""
 
     wheel_radius: Size
-    """The radius of the wheels, in meters."""
+    """Radius of the wheels, in meters."""
 
     max_torque: Torque = 20.0
-    """The largest torque on a wheel, in N m; a smaller one in the model counts.
-    """
+    """Maximum torque on a wheel, in N m. A lower limit in the model holds."""
 
     max_wheel_speed: WheelSpeed = 100.0
-    """How fast a wheel turns at most, in rad/s."""
+    """Maximum speed of a wheel, in rad/s."""
 
 
 @DRIVES.register("omnidirectional")
 @dataclass(kw_only=True, config=CONFIG)
 class PlanarBase(DriveConfig):
-    """Motors that move the base along x and y of the world, and turn it.
+    """Omnidirectional drive: motors along x and y of the world, and about z.
 
-    They are joints of the model, or, without names, added between the world
-    and the base, which may then be any body that nothing else carries.
+    They are joints of the model, or, without names, joints added between the
+    world and the base, which must then be the root of the model.
     """
 
     x: Name = ""
-    """The joint along x of the world. All three joints are named, or none."""
+    """Joint along x of the world. Name all three joints or none."""
 
     y: Name = ""
-    """The joint along y of the world."""
+    """Joint along y of the world."""
 
     yaw: Name = ""
-    """The joint about the vertical."""
+    """Joint about the vertical."""
 
     height: Annotated[StrictFloat, within(-10, 10, "m")] = 0.0
-    """How high above the floor the base is, in meters; for joints that are
-    added."""
+    """Height of the base above the floor, in meters; for added joints only."""
 
     max_force: Force = 300.0
-    """The largest force along x and along y, in N; a smaller one in the model
-    counts."""
+    """Maximum force along x and along y, in N. A lower limit in the model
+    holds."""
 
     max_torque: Torque = 100.0
-    """The largest torque about the vertical, in N m; a smaller one in the model
-    counts."""
+    """Maximum torque about the vertical, in N m. A lower limit in the model
+    holds."""

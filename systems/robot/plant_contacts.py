@@ -1,4 +1,4 @@
-"""What a robot in a plant and people do to each other."""
+"""Contacts between a robot in a plant and people."""
 
 from collections.abc import Sequence
 import math
@@ -34,13 +34,13 @@ from hunav_drake.systems.robot.contact_rows import (
 from hunav_drake.systems.robot.discs import closing_speeds, gaps
 from hunav_drake.systems.robot.plant_people import people_states
 
-# How fast a robot and a person close in on each other at most, in m/s, and how
-# much farther off than that contacts are looked for, in meters.
+# The maximum approach speed of a robot and a person, in m/s, and the margin of
+# the contact search, in meters.
 _FASTEST, _MARGIN = 20.0, 0.1
 
 
 class PlantContacts(LeafSystem):
-    """Keeps account of the contacts between a robot and people in a plant.
+    """Counts the contacts between a robot and people in a plant.
 
     .. pydrake_system::
 
@@ -52,21 +52,20 @@ class PlantContacts(LeafSystem):
         output_ports:
         - contacts
 
-    Port ``contact_results`` takes what a discrete plant that does not sample
-    its outputs computes of the step that begins now; ``robot_state`` the row
-    of the robot, and ``people_state`` the state of the model instance
-    `PEOPLE`. Port ``contacts`` gives n rows of `layout.Contact`: with forces
-    of the plant's last step, counts and sums of all steps.
+    Port ``contact_results`` takes the contacts that a discrete plant without
+    sampled outputs computes for the step that begins now; ``robot_state`` takes
+    the row of the robot, and ``people_state`` the state of the model instance
+    `PEOPLE`. Port ``contacts`` gives n rows of `layout.Contact`, with forces of
+    the plant's last step, and counts and sums over all steps.
 
-    Who is in the disc of the robot is in a contact, too, even without a force:
+    A person inside the robot's disc is in contact, too, even without a force:
     the crowd keeps people out of the disc, also where it is larger than the
-    shapes of the robot, and moves them.
+    robot's shapes, and moves them.
 
-    The discrete state holds for each person a row of `contact_rows`; and, in a
-    group of its own, 1 while anybody is near enough to touch. It is updated
-    with each step of the plant. (What a plant tells of its last step alone
-    would be lost with a saved Context, and a short push between two looks at
-    it.)
+    The discrete state holds a row of `contact_rows` per person; a second group
+    holds 1 while anybody is near enough to touch. It is updated with each step
+    of the plant. (The plant's outputs cover its last step only: a saved Context
+    would lose it, and samples would miss short pushes.)
     """
 
     def __init__(
@@ -78,16 +77,12 @@ class PlantContacts(LeafSystem):
         plant_step: float,
         reach: float = math.inf,
     ) -> None:
-        """Constructs PlantContacts that have seen no contact.
+        """Constructs a PlantContacts without contacts.
 
-        Args:
-            bodies: The bodies of people in the plant.
-            humans: The people.
-            time_step: The time between two steps of people, in seconds.
-            plant_step: The time between two steps of the plant.
-            reach: How far the robot reaches from where it is, in meters. While
-                nobody can come so near before the next step of people, the
-                plant's contacts are not looked through.
+        People step every `time_step`, the plant every `plant_step`, in seconds.
+        While nobody can come within the `reach` of the robot's shapes, in
+        meters, before the next step of people, the plant's contacts are not
+        evaluated.
         """
         super().__init__()
         n = len(bodies)
@@ -156,12 +151,12 @@ class PlantContacts(LeafSystem):
         return forces
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        # A copy: what it is made of is written to.
+        # A copy, because it is modified.
         memory = context.get_discrete_state(self._memory).CopyToVector()
         memory = memory.reshape(-1, MEMORY_SIZE)
         (is_near,) = context.get_discrete_state(self._is_near).value()
         forces = self._Forces(context) if is_near else None
-        # The speeds of late are those at the last step of people.
+        # The recent speeds are those at the last step of people.
         step = round(context.get_time() / self._plant_step) % self._steps
         lasts = memory[:, Contact.LASTS].any()
         if forces is None and not lasts and step:

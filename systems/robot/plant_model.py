@@ -1,4 +1,4 @@
-"""Models of robots, from files, in a MultibodyPlant."""
+"""Robot models from files in a MultibodyPlant."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -34,14 +34,14 @@ from hunav_drake.systems.robot.drives import (
 
 @dataclass(frozen=True, kw_only=True)
 class ModelSource:
-    """Where a model is, and which of its bodies is the base.
+    """The file of a model and its base.
 
     Attributes:
-        file: A URDF, SDF or other file that Drake reads, as a path or
+        file: A URDF, SDF or other file that Drake reads: a path or
             "package://...".
-        base: The body whose place and heading are those of the robot.
-        packages: Folders of packages by name, besides those that
-            ROS_PACKAGE_PATH and the package.xml above the file name.
+        base: The body with the position and heading of the robot.
+        packages: Folders of packages by name, in addition to those given by
+            ROS_PACKAGE_PATH and by the package.xml above the file.
     """
 
     file: str
@@ -52,7 +52,7 @@ class ModelSource:
 def AddModel(
     plant: MultibodyPlant, source: ModelSource
 ) -> tuple[ModelInstanceIndex, RigidBody]:
-    """Adds a model to a plant, and returns its instance and its base.
+    """Adds a model to a plant and returns its instance and its base.
 
     Raises:
         ModelFault: If there is no such file, model or body.
@@ -74,15 +74,12 @@ def AddModel(
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """What is known of a model before it drives.
+    """The properties of a checked model.
 
-    Attributes:
-        root: The body that nothing carries, and everything hangs on; empty if
-            the world carries it.
-        X_RB: The pose of the base in the root.
-        height: How high the base is above the floor, in meters.
-        signs: For each wheel, 1 if it rolls forwards where its joint turns
-            forwards, else -1; no numbers for other drives.
+    `root` is the root body R of the model, empty if the world carries it;
+    `height` that of the base B above the floor, in meters. `signs` has for each
+    wheel 1 if a positive joint rate drives forwards, else -1; it is empty for
+    other drives.
     """
 
     root: str
@@ -92,7 +89,7 @@ class ModelFacts:
 
 
 def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
-    """Checks that a model can be driven, and returns what follows from it.
+    """Checks that a model can be driven and returns its properties.
 
     Raises:
         ModelFault: If it cannot.
@@ -139,8 +136,8 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
         if base not in plant.GetBodiesWeldedTo(root):
             raise ModelFault(
                 ("base",),
-                f"{shown(source.base)} moves against {shown(root.name())},"
-                f" which it hangs on; choose {shown(root.name())}",
+                f"{shown(source.base)} moves relative to {shown(root.name())},"
+                f" which carries it; choose {shown(root.name())}",
             )
         height, signs = _check_wheels(plant, context, base, joints, drive)
     elif isinstance(drive, PlanarBase) and (drive.x or drive.y or drive.yaw):
@@ -179,7 +176,7 @@ def _finalize(plant: MultibodyPlant) -> None:
 
 
 def _root_of(body: RigidBody, joints: list[Joint]) -> RigidBody:
-    """Returns what a body hangs on, over all joints."""
+    """Returns the root that carries a body over all joints."""
     carrier = {joint.child_body().index(): joint for joint in joints}
     while body.index() in carrier:
         body = carrier[body.index()].parent_body()
@@ -189,7 +186,7 @@ def _root_of(body: RigidBody, joints: list[Joint]) -> RigidBody:
 def _joint(
     joints: Mapping[str, Joint], key: str, name: str, kind: type[Joint]
 ) -> Joint:
-    """Returns the joint of a name, after a check of its kind."""
+    """Returns the joint of a name after a check of its kind."""
     if name not in joints:
         fitting = [it for it in joints if isinstance(joints[it], kind)]
         raise ModelFault(
@@ -216,7 +213,7 @@ def _check_wheels(
     joints: Mapping[str, Joint],
     drive: DifferentialWheels,
 ) -> tuple[float, tuple[int, ...]]:
-    """Returns the height of the base above the floor, and how wheels turn."""
+    """Returns the height of the base above the floor and the wheels' signs."""
     if drive.left_wheel == drive.right_wheel:
         raise ModelFault(
             ("drive", "right_wheel"),
@@ -308,19 +305,15 @@ def _pose(
 def AddFigure(
     plant: MultibodyPlant, source: ModelSource, drive: DriveConfig, name: str
 ) -> list[Joint]:
-    """Adds a model to a plant that is only looked at, as a model instance.
+    """Adds a model to a plant for display only, as a model instance.
 
-    Args:
-        plant: Registered with a SceneGraph, and not finalized yet.
-        source: The model.
-        drive: How it is driven.
-        name: What its instance is called.
+    The plant is registered with a SceneGraph and not finalized yet.
 
     Returns:
         The joints whose positions, in this order, are x, y and yaw of its base.
 
     Raises:
-        ModelFault: If it cannot be driven so.
+        ModelFault: If the model does not fit the drive.
     """
     facts = inspect_model(source, drive)
     instance, _ = AddModel(plant, source)

@@ -1,4 +1,4 @@
-"""People as bodies of a MultibodyPlant, which a robot hits."""
+"""People as bodies of a MultibodyPlant."""
 
 from collections.abc import Sequence
 import math
@@ -28,14 +28,14 @@ from hunav_drake.systems.people.human_config import HumanConfig
 # The model instance of all people in a plant.
 PEOPLE = "people"
 
-# An adult: the mass and the height, in kg and meters.
+# The mass and the height of an adult, in kg and meters.
 MASS, HEIGHT = 70.0, 1.7
 
-# How stiffly a body follows the person, in N/m and N s/m, and the largest
-# force, in N, with which it does.
+# The gains with which a body follows the person, in N/m and N s/m, and the
+# maximum force, in N.
 STIFFNESS, DAMPING, STRENGTH = 1e5, 1e4, 5e3
 
-# Clothes against a robot's shell.
+# Friction of clothes on a robot's shell.
 _FRICTION = CoulombFriction(0.3, 0.3)
 
 
@@ -44,16 +44,9 @@ def AddPeople(
 ) -> tuple[BodyIndex, ...]:
     """Adds the bodies of people to a plant, as one model instance.
 
-    Each is an upright cylinder of the radius of the body, on two motors that
-    move it along x and y of W. (It has no yaw: turned, it is the same.)
-
-    Args:
-        plant: Not finalized yet.
-        humans: The people.
-        starts: Shape (n, 2) or more columns: where they start, in meters.
-
-    Returns:
-        The bodies, in the order of the people.
+    Each is an upright cylinder of the body's radius, with two motors that move
+    it along x and y of W. (It needs no yaw, because it is round.) The plant is
+    not finalized yet; people begin at `starts`, rows (x, y, ...), in meters.
     """
     instance = plant.AddModelInstance(PEOPLE)
     world = plant.world_frame()
@@ -91,12 +84,10 @@ def AddPeople(
 
 
 def PlacePeople(plant: MultibodyPlant, context: Context, states: Array) -> None:
-    """Puts the bodies of people where the people are, at rest.
+    """Places the bodies of people at their states, at rest.
 
-    Args:
-        plant: One with people of `AddPeople`, or without any.
-        context: Its own Context, changed.
-        states: Shape (n, 7), rows of ``human_states``.
+    The plant has the people of `AddPeople`, or nobody; `context` is its
+    Context, `states` are rows of ``human_states``.
     """
     if not plant.HasModelInstanceNamed(PEOPLE):
         return
@@ -107,11 +98,10 @@ def PlacePeople(plant: MultibodyPlant, context: Context, states: Array) -> None:
 
 
 def people_states(state: Array) -> Array:
-    """Returns rows (n, 7) of people of the state of their model instance.
+    """Returns rows (n, 7) of people from the state of their model instance.
 
-    Args:
-        state: Shape (4n,): all x and y, then their rates, as the plant's port
-            of the state of the instance gives them.
+    That has shape (4n,): all x and y, then their rates, from the state output
+    port of the instance.
     """
     positions, velocities = state.reshape(2, -1, 2)
     rows = np.zeros((len(positions), STATE_SIZE))
@@ -121,7 +111,7 @@ def people_states(state: Array) -> Array:
 
 
 class PeopleDriver(LeafSystem):
-    """Tells the bodies of people in a plant where to be.
+    """Gives the desired state of the bodies of people in a plant.
 
     .. pydrake_system::
 
@@ -133,13 +123,13 @@ class PeopleDriver(LeafSystem):
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) in W,
     in SI units, which change every ``time_step``. Port ``desired_state`` gives
-    all places (x, y), then all velocities, for the plant's port of that name
+    all positions (x, y), then all velocities, for the plant's port of that name
     of `PEOPLE`.
 
-    At a time t, the plant computes its step to t + h, so that is what the
-    places are of. Between two steps of people, Drake holds the states of the
-    later one; from there they are traced back along the velocities. At a step
-    of people, the states are still those of t, and are followed on.
+    At a time t, the plant computes its step to t + h, so the positions are
+    those of t + h. Between two steps of people, Drake holds the states of the
+    later one, which are extrapolated backwards along the velocities. At a step
+    of people, the states are still those of t, and are extrapolated forwards.
 
     There is no state.
     """
@@ -149,11 +139,8 @@ class PeopleDriver(LeafSystem):
     ) -> None:
         """Constructs a PeopleDriver.
 
-        Args:
-            num_humans: How many people there are.
-            time_step: The time between two steps of people, in seconds.
-            plant_step: That between two steps of the plant: the time step, or
-                a half, a quarter ... of it.
+        People step every `time_step`, in seconds, the plant every `plant_step`:
+        the same, or a half, a quarter ... of it.
         """
         super().__init__()
         self._plant_step = plant_step
@@ -177,18 +164,19 @@ class PeopleDriver(LeafSystem):
         return self._human_states
 
     def get_desired_state_output_port(self) -> OutputPort:
-        """Returns the port with where their bodies are to be."""
+        """Returns the port with the desired state of their bodies."""
         return self._desired_state
 
     def _CalcDesiredState(self, context: Context, output: BasicVector) -> None:
-        # A view, not a copy as from Eval, for this runs at each plant step.
+        # A view instead of the copy from Eval, because this runs at each plant
+        # step.
         rows = self.EvalVectorInput(context, self._human_states_index).value()
         rows = rows.reshape(-1, STATE_SIZE)
         if not math.isfinite(rows.sum()):
             raise RuntimeError(
                 f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
                 " human_states must be finite: a physical robot needs people"
-                " who are there from the start to the end; choose the robot"
+                " who are present from start to end; choose the robot"
                 " differential_drive for others"
             )
         step = round(context.get_time() / self._plant_step) % self._steps

@@ -1,4 +1,4 @@
-"""A robot in a MultibodyPlant, with people whom it really hits."""
+"""A robot in a MultibodyPlant with people that it collides with."""
 
 import itertools
 import math
@@ -39,17 +39,17 @@ from hunav_drake.systems.robot.plant_walls import AddFloorAndWalls
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotTask
 from hunav_drake.systems.robot.robot_driver import RobotDriver
 
-# How many corners the prism has that stands for a cylinder.
+# The number of corners of the prism that replaces a cylinder.
 _CORNERS = 64
 
 
 class Body(NamedTuple):
-    """What is simulated.
+    """The simulated body of a robot.
 
     Attributes:
-        model: Where the model is.
-        drive: How it is driven.
-        max_step: The longest step of the plant, in seconds.
+        model: The source of the model.
+        drive: The drive of the robot.
+        max_step: The maximum step of the plant, in seconds.
     """
 
     model: ModelSource
@@ -60,12 +60,8 @@ class Body(NamedTuple):
 def plant_step(time_step: float, longest: float) -> float:
     """Returns the time between two steps of a plant, in seconds.
 
-    It is the time step of the trial, or a half, a quarter ... of it: only
-    then, the steps of both meet to the last bit.
-
-    Args:
-        time_step: In seconds.
-        longest: What it is at most, in seconds.
+    It is the time step of the trial, or a half, a quarter ... of it, up to
+    `longest`: only then do the steps of both coincide to the last bit.
     """
     step = time_step
     while step > longest * (1 + 1e-9):
@@ -100,16 +96,16 @@ def AddPlantRobot(
 
     The builder gets the systems "plant" and "scene_graph", and the robot, a
     diagram of "driver" (`RobotDriver`), "state" (`BodyState`), "people"
-    (`PeopleDriver`) and "contacts" (`PlantContacts`), all connected but for
-    ``velocity_command`` and ``human_states``. Without people there is no
-    port for them.
+    (`PeopleDriver`) and "contacts" (`PlantContacts`). All ports are connected
+    except ``velocity_command`` and ``human_states``. Without people, there are
+    no ports for them.
 
     Args:
         builder: A DiagramBuilder.
         config: The robot.
-        body: How it is simulated.
-        task: The world and the people whom it meets.
-        name: What the system of the robot is called.
+        body: The simulated body.
+        task: The data of the world and the people.
+        name: The name of the robot's system.
 
     Returns:
         The system of the robot.
@@ -122,7 +118,7 @@ def AddPlantRobot(
         if builder.HasSubsystemNamed(taken):
             raise ValueError(
                 f"the diagram has a system named {taken!r} already, and the"
-                f" robot {type(config).__name__} needs one of its own"
+                f" robot {type(config).__name__} needs this name"
             )
     step = plant_step(task.time_step, body.max_step)
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
@@ -132,7 +128,7 @@ def AddPlantRobot(
         DiscreteContactApproximation.kLagged
     )
     plant.set_contact_model(ContactModel.kPoint)
-    # What it computes of a step is a function of the Context alone.
+    # So that its outputs are functions of the Context alone.
     plant.SetUseSampledOutputPorts(False)
     drive = body.drive
     model = AddDrivenModel(plant, body.model, drive, config.start)
@@ -251,16 +247,12 @@ def body_reach(
     drive: DriveConfig,
     start: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> float:
-    """Returns how far the shapes of a robot reach from its base, in meters.
+    """Returns the reach of a robot's shapes from its base, in meters.
 
-    That is in the plane, and at most: spheres and capsules by their radius,
-    cylinders by prisms and others by boxes around them. It is infinite if it
-    may change in a trial, as with an arm.
-
-    Args:
-        source: The model of the robot.
-        drive: How it is driven.
-        start: Where it is, (x, y, yaw) in W, in meters and radians.
+    It is an upper bound in the plane: spheres and capsules count with their
+    radius, cylinders with prisms and others with boxes around them. It is
+    infinite if it may change in a trial, as with an arm. `start` is the pose
+    (x, y, yaw) in W.
 
     Raises:
         ModelFault: If the model cannot be driven.
@@ -276,7 +268,7 @@ def body_reach(
 def _reach(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
 ) -> float:
-    """Returns how far a robot in a plant reaches: see `body_reach`."""
+    """Returns the reach of a robot in a plant: see `body_reach`."""
     joints = map(plant.get_joint, plant.GetJointIndices(model.instance))
     moving = {j.index() for j in joints if j.num_velocities() in range(1, 6)}
     if moving - {joint.index() for joint in model.motors}:
@@ -321,7 +313,7 @@ def _reach(
 def _FilterCollisions(
     plant: MultibodyPlant, scene_graph: SceneGraph, robot: ModelInstanceIndex
 ) -> None:
-    """Leaves the contacts of the robot with all else; no others."""
+    """Keeps only the contacts of the robot with everything else."""
 
     def shapes(instance: ModelInstanceIndex) -> GeometrySet:
         bodies = map(plant.get_body, plant.GetBodyIndices(instance))

@@ -1,4 +1,4 @@
-"""The floor and the walls of a world as geometry that robots touch."""
+"""The floor and the walls of a world as collision geometry."""
 
 import math
 
@@ -10,31 +10,27 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# Rubber on a floor, and a shell along a wall.
+# Friction of rubber on a floor, and of a shell on a wall.
 _FLOOR_FRICTION = CoulombFriction(0.9, 0.9)
 _WALL_FRICTION = CoulombFriction(0.3, 0.3)
 
-# How high walls stop robots, how thick their shell is, to the inside, and how
-# thick lines are, in meters.
+# The height of walls, the thickness of the shell of solids, to the inside, and
+# that of lines, in meters.
 _HEIGHT, _SHELL, _LINE = 2.0, 0.02, 0.002
 
-# How wide and how thick the floor is, in meters. (A half space, which has no
-# end, crashes Drake's search for contacts beside some 50 other geometries.)
+# The width and the thickness of the floor, in meters. (An infinite half space
+# crashes Drake's contact search with about 50 other geometries.)
 _FLOOR_SIZE, _FLOOR_THICKNESS = 20e3, 10.0
 
 
 def AddFloorAndWalls(
     plant: MultibodyPlant, obstacles: Obstacles, middle: tuple[float, float]
 ) -> None:
-    """Adds the floor at z = 0, and an upright box for each side of a wall.
+    """Adds the floor at z = 0 and an upright box for each wall segment.
 
-    The floor ends 10 km from its middle. What is solid has its surface where
-    its outline is; a line is 2 mm thick.
-
-    Args:
-        plant: Registered with a SceneGraph, and not finalized yet.
-        obstacles: The walls.
-        middle: The middle of the floor, (x, y) in W, in meters.
+    The floor ends 10 km from `middle`, (x, y) in W, in meters. Solids have
+    their surface at their outline; a line is 2 mm thick. The plant is
+    registered with a SceneGraph and not finalized yet.
     """
     world = plant.world_body()
     plant.RegisterCollisionGeometry(
@@ -77,6 +73,6 @@ def AddFloorAndWalls(
 
 
 def _area(segments: Array) -> float:
-    """Returns the area inside segments, positive if counter-clockwise."""
+    """Returns the area inside segments, positive if counterclockwise."""
     x0, y0, x1, y1 = segments.T
     return float(np.sum(x0 * y1 - x1 * y0)) / 2

@@ -1,4 +1,4 @@
-"""The robots of trials: each has a body, limits, a start and a goal."""
+"""The configuration of robots: body, limits, start and goal."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -38,34 +38,34 @@ YawTolerance = Annotated[StrictFloat, within(0, 10, "rad", low_open=True)]
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class RobotLimits:
-    """How fast a robot moves. The defaults are those of PAL's PMB2."""
+    """Limits of a robot's motion. The defaults are those of PAL's PMB2."""
 
     max_speed: PositiveSpeed = 1.0
-    """The largest speed forwards, in m/s."""
+    """Maximum forward speed, in m/s."""
 
     max_reverse_speed: Speed = 0.2
-    """The largest speed backwards, in m/s."""
+    """Maximum backward speed, in m/s."""
 
     max_acceleration: Acceleration = 1.0
-    """The largest change of speed, in m/s^2."""
+    """Maximum linear acceleration, in m/s^2."""
 
     max_turn_rate: TurnRate = 2.09
-    """The largest turn rate, in rad/s."""
+    """Maximum turn rate, in rad/s."""
 
     max_turn_acceleration: TurnAcceleration = 2.09
-    """The largest change of the turn rate, in rad/s^2."""
+    """Maximum angular acceleration, in rad/s^2."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RobotTask:
-    """What stays constant around a robot.
+    """The constant data of a robot's task.
 
     Attributes:
         time_step: The time between two updates of the trial, in seconds.
         obstacles: The walls; none by default.
-        humans: The people whom it meets; nobody by default.
-        human_starts: Shape (n, 2) or more columns: where they start, in W, in
-            meters. By default as their configurations say.
+        humans: The people around it; nobody by default.
+        human_starts: Shape (n, 2) or more columns: their start positions, in W,
+            in meters. By default those of their configurations.
     """
 
     time_step: float = 0.05
@@ -77,7 +77,7 @@ class RobotTask:
 
     @property
     def starts(self) -> Array:
-        """Where people start, shape (n, 2), in meters."""
+        """The start positions of people, shape (n, 2), in meters."""
         if self.human_starts is not None:
             return np.asarray(self.human_starts)[:, :2]
         poses = [human.pose[:2] for human in self.humans]
@@ -87,31 +87,32 @@ class RobotTask:
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class RobotConfig(ABC):
-    """What all robots have; which one it is, a derived class tells."""
+    """Base class of robot configurations."""
 
     physical: ClassVar[bool] = False
-    """Whether people and walls stop it, as bodies of a plant do."""
+    """Whether people and walls stop the robot physically, as bodies of a plant.
+    """
 
     radius: BodyRadius = 0.35
-    """The radius of its disc, in meters. The metrics of the paper use 0.35.
+    """Radius of the robot's disc, in meters. The metrics of the paper use 0.35.
     """
 
     limits: RobotLimits = field(default_factory=RobotLimits)
-    """How fast the robot moves."""
+    """Limits of the robot's speed and acceleration."""
 
     start: Pose = (0.0, 0.0, 0.0)
-    """The first pose (x, y, yaw) in W, in meters and radians."""
+    """Start pose (x, y, yaw) in W, in meters and radians."""
 
     goal: Pose | None = None
-    """The pose (x, y, yaw) to reach, in W, in meters and radians; without one
-    the robot stays where it is."""
+    """Goal pose (x, y, yaw) in W, in meters and radians. None: the robot does
+    not move."""
 
     goal_tolerance: Tolerance = 0.25
-    """How near to the goal counts as at the goal, in meters."""
+    """Distance from the goal at which it counts as reached, in meters."""
 
     goal_yaw_tolerance: YawTolerance = 0.25
-    """How near to the goal's heading counts as at the goal, in radians; pi or
-    more leaves the final heading free."""
+    """Tolerance of the heading at the goal, in radians; pi or more allows any
+    final heading."""
 
     @abstractmethod
     def MakeSystem(self, task: RobotTask) -> Any:
@@ -119,29 +120,21 @@ class RobotConfig(ABC):
 
         Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
         ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
-        If there is an input ``human_states``, it is given such rows of all
-        people; and an output ``contacts``, of n rows of `layout.Contact`,
-        stands in for the contacts that a trial counts by itself. An output
-        ``wall_contact`` gives one such row of all walls.
-
-        Args:
-            task: What it is to know of the world and the people.
+        An optional input ``human_states`` takes such rows of all people. An
+        optional output ``contacts``, n rows of `layout.Contact`, replaces the
+        contacts that a trial counts otherwise. An optional output
+        ``wall_contact`` gives one such row for all walls.
         """
 
     def AddToBuilder(
         self, builder: Any, task: RobotTask, *, name: str = "robot"
     ) -> Any:
-        """Adds the robot to a builder, and returns it.
-
-        Args:
-            builder: A DiagramBuilder.
-            task: What it is to know of the world and the people.
-            name: What the system is called.
+        """Adds the robot to a DiagramBuilder and returns it.
 
         Raises:
             TypeError: If it lacks a port: see `MakeSystem`.
         """
-        # Reading a scenario does without Drake.
+        # Imported here, so that reading a scenario does not load Drake.
         from hunav_drake.systems.common.ports import CheckPorts
 
         system = self.MakeSystem(task)
@@ -160,32 +153,30 @@ class RobotConfig(ABC):
         return builder.AddNamedSystem(name, system)
 
     def AddFigure(self, plant: Any, name: str) -> Any:
-        """Adds the robot's own figure to a plant that is only looked at.
+        """Adds the robot's own figure to a plant for display only.
 
-        Args:
-            plant: A MultibodyPlant that is registered with a SceneGraph, and
-                not finalized yet.
-            name: What its model instance is to be called.
+        The MultibodyPlant is registered with a SceneGraph and not finalized
+        yet; the figure is the model instance `name`.
 
         Returns:
-            The joints whose positions, in this order, are x, y and yaw; or
-            None, as by default, for the figure of no particular robot.
+            The joints whose positions, in this order, are x, y and yaw; None,
+            the default, for a generic figure.
         """
         return None
 
     def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Looks for what is wrong beyond the ranges of single settings.
+        """Finds faults beyond the ranges of single settings.
 
         Yields:
-            The way to a setting, and what is wrong with it.
+            The path of a setting and the description of the fault.
         """
         return iter(())
 
     def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Looks for what works, but is hardly meant.
+        """Finds valid settings that are probably not intended.
 
         Yields:
-            As `find_faults`.
+            The same as `find_faults`.
         """
         return iter(())
 

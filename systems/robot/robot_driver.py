@@ -1,6 +1,6 @@
 """The velocity controller of a robot in a plant."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import math
 
 from pydrake.systems.framework import (
@@ -14,13 +14,13 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
-# From a speed v in m/s, a turn rate in rad/s and a heading in rad to the
-# speeds that motors hold, in the order of the motors.
+# A function from a speed v in m/s, a turn rate in rad/s and a heading in rad to
+# the speeds of the motors, in their order.
 MotorSpeeds = Callable[[float, float, float], list[float]]
 
 
 class RobotDriver(LeafSystem):
-    """Turns a velocity command into what the motors of a plant hold.
+    """Converts a velocity command to the desired state of a plant's motors.
 
     .. pydrake_system::
 
@@ -33,14 +33,13 @@ class RobotDriver(LeafSystem):
 
     Port ``velocity_command`` takes (v, omega), in m/s and rad/s, and
     ``robot_state`` the row (x, y, yaw, vx, vy, omega, radius) of the robot in
-    W, of which the heading counts. Every ``period``, speed and turn rate move
-    towards the command, no faster than the limits allow; the command itself is
-    cut to the limits. Port ``desired_state`` gives what the plant's motors are
-    to hold from then on: all places, then all speeds, in rad and rad/s, or m
-    and m/s.
+    W, of which only the heading counts. Every ``period``, speed and turn rate
+    change towards the command within the acceleration limits; the command
+    itself is clipped to the limits. Port ``desired_state`` gives the state that
+    the plant's motors hold from then on: all positions, then all speeds, in rad
+    and rad/s, or m and m/s.
 
-    The discrete state holds what the port gives; and (v, omega), in a group of
-    its own.
+    The discrete state holds the output; a second group holds (v, omega).
     """
 
     def __init__(
@@ -54,14 +53,10 @@ class RobotDriver(LeafSystem):
     ) -> None:
         """Constructs a RobotDriver that starts at rest.
 
-        Args:
-            limits: How fast the robot moves.
-            motor_speeds: What the motors are to do.
-            held_places: The places that all motors hold; those of the drive,
-                which hold speeds, have no spring, so theirs do not count.
-            period: The time between two updates, in seconds.
-            needs_heading: Whether ``motor_speeds`` depend on the heading;
-                without, there is no port ``robot_state``.
+        `held_places` are the positions that all motors hold. Motors of the
+        drive hold speeds and have no spring, so theirs do not count. Without
+        `needs_heading` there is no port ``robot_state``. `period` is in
+        seconds.
         """
         super().__init__()
         self._limits = limits
@@ -87,7 +82,7 @@ class RobotDriver(LeafSystem):
         )
 
     def get_velocity_command_input_port(self) -> InputPort:
-        """Returns the port with the wanted speed and turn rate."""
+        """Returns the port with the commanded speed and turn rate."""
         return self._velocity_command
 
     def get_robot_state_input_port(self) -> InputPort | None:
@@ -95,35 +90,21 @@ class RobotDriver(LeafSystem):
         return self._robot_state
 
     def get_desired_state_output_port(self) -> OutputPort:
-        """Returns the port with what the motors are to hold."""
+        """Returns the port with the desired state of the motors."""
         return self._desired_state
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        wanted_v, wanted_omega = self._velocity_command.Eval(context).tolist()
-        if not math.isfinite(wanted_v + wanted_omega):
-            raise RuntimeError(
-                f"{self.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-                f" velocity_command must be finite, got ({wanted_v},"
-                f" {wanted_omega}). Look at the planner that gives it."
-            )
         before = context.get_discrete_state(self._speeds).value().tolist()
-        v, omega = before
-        limits, period = self._limits, self._period
-        v = _approach(
-            v,
-            min(max(wanted_v, -limits.max_reverse_speed), limits.max_speed),
-            limits.max_acceleration * period,
-        )
-        omega = _approach(
-            omega,
-            min(max(wanted_omega, -limits.max_turn_rate), limits.max_turn_rate),
-            limits.max_turn_acceleration * period,
+        period = self._period
+        v, omega = next_velocity(
+            *(self, context, self._velocity_command, before),
+            *(self._limits, period),
         )
         if self._robot_state is None and [v, omega] == before:
             return
         yaw = 0.0
         if self._robot_state is not None:
-            # That in the middle of the step that the motors are told for.
+            # The heading in the middle of the step of this command.
             yaw = float(self._robot_state.Eval(context)[YAW])
             yaw += 1.5 * omega * period
         speeds = self._motor_speeds(v, omega, yaw)
@@ -131,6 +112,45 @@ class RobotDriver(LeafSystem):
         discrete_state.set_value(self._speeds, [v, omega])
 
 
+def next_velocity(
+    system: LeafSystem,
+    context: Context,
+    command: InputPort,
+    velocity: Sequence[float],
+    limits: RobotLimits,
+    dt: float,
+) -> tuple[float, float]:
+    """Returns (v, omega) after a step towards a command within limits.
+
+    Raises:
+        RuntimeError: If the command is not finite.
+    """
+    wanted_v, wanted_omega = command.Eval(context).tolist()
+    if not (math.isfinite(wanted_v) and math.isfinite(wanted_omega)):
+        raise RuntimeError(
+            f"{system.GetSystemPathname()}, t = {context.get_time():.3f} s:"
+            f" velocity_command must be finite, got ({wanted_v},"
+            f" {wanted_omega}). Look at the planner that gives it."
+        )
+    v, omega = velocity
+    return (
+        _approach(
+            v,
+            _clip(wanted_v, -limits.max_reverse_speed, limits.max_speed),
+            limits.max_acceleration * dt,
+        ),
+        _approach(
+            omega,
+            _clip(wanted_omega, -limits.max_turn_rate, limits.max_turn_rate),
+            limits.max_turn_acceleration * dt,
+        ),
+    )
+
+
+def _clip(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
+
+
 def _approach(value: float, target: float, most: float) -> float:
     """Returns the value moved towards the target by at most `most`."""
-    return value + min(max(target - value, -most), most)
+    return value + _clip(target - value, -most, most)

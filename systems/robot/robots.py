@@ -1,4 +1,4 @@
-"""The robots of trials: kinematic, or bodies that people and walls stop."""
+"""The robots: kinematic, or physical bodies of a plant."""
 
 from abc import abstractmethod
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hunav_drake.systems.robot.plant_model import ModelSource
 
 
-# A disc that is larger than the body by more than this is doubtful, in meters.
+# A disc larger than the body by more than this is doubtful, in meters.
 _LARGER_DISC = 0.02
 
 
@@ -40,13 +40,13 @@ class DifferentialDriveConfig(RobotConfig):
     """A kinematic robot that follows (v, omega) within its limits."""
 
     walls_stop: StrictBool = True
-    """Whether walls stop it: then its disc gets no deeper into one than 1 cm,
-    and it slides along; else it goes on, as it does through people. Contacts
-    with walls are counted in either case."""
+    """Whether walls stop the robot: its disc penetrates a wall by at most 1 cm
+    and slides along it; otherwise the robot passes through walls, as through
+    people. Contacts with walls count in both cases."""
 
     def MakeSystem(self, task: RobotTask) -> Any:
         """Makes a `DifferentialDrive`."""
-        # Reading a scenario does without Drake.
+        # Imported here, so that reading a scenario does not load Drake.
         from hunav_drake.systems.robot.differential_drive import (
             DifferentialDrive,
         )
@@ -62,28 +62,28 @@ class DifferentialDriveConfig(RobotConfig):
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class PhysicalRobot(RobotConfig):
-    """What all robots have that are bodies of a MultibodyPlant.
+    """Base class of robots that are bodies of a MultibodyPlant.
 
-    In a trial, that is the system "plant", with people and walls as bodies,
-    too; its SceneGraph is "scene_graph".
+    In a trial, the plant is the system "plant", which also has people and walls
+    as bodies; its SceneGraph is "scene_graph".
     """
 
     physical: ClassVar[bool] = True
 
     max_plant_step: Annotated[StrictFloat, within(1e-4, 0.02, "s")] = 0.0125
-    """The longest step of the plant, in seconds. It takes the time step of the
-    trial, or a half, a quarter ... of it."""
+    """Maximum step of the plant, in seconds. The step is the trial's time step,
+    or a half, a quarter ... of it."""
 
     @abstractmethod
     def GetModel(self) -> "ModelSource":
-        """Returns where the model is."""
+        """Returns the source of the model."""
 
     @abstractmethod
     def GetDrive(self) -> DriveConfig:
-        """Returns how it is driven."""
+        """Returns the drive of the robot."""
 
     def MakeSystem(self, task: RobotTask) -> Any:
-        """Makes a Diagram with a plant of its own inside."""
+        """Makes a Diagram that contains a plant."""
         from pydrake.systems.framework import DiagramBuilder
 
         builder = DiagramBuilder()
@@ -98,13 +98,9 @@ class PhysicalRobot(RobotConfig):
     def AddToBuilder(
         self, builder: Any, task: RobotTask, *, name: str = "robot"
     ) -> Any:
-        """Adds robot, "plant" and "scene_graph" to a builder.
+        """Adds robot, "plant" and "scene_graph" to a DiagramBuilder.
 
-        Args:
-            builder: A DiagramBuilder.
-            task: What the robot is to know of the world and the people.
-            name: What the system is called that is returned, which has the
-                ports of the robot: see `AddPlantRobot`.
+        The robot, named `name`, is returned; see `AddPlantRobot` for its ports.
 
         Raises:
             ValueError: If the model cannot be driven, or there is a system of
@@ -116,13 +112,13 @@ class PhysicalRobot(RobotConfig):
         return AddPlantRobot(builder, self, body, task, name)
 
     def AddFigure(self, plant: Any, name: str) -> Any:
-        """Adds the model to a plant that is only looked at."""
+        """Adds the model to a plant for display only."""
         from hunav_drake.systems.robot.plant_model import AddFigure
 
         return AddFigure(plant, self.GetModel(), self.GetDrive(), name)
 
     def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Looks whether the model can be driven."""
+        """Yields a fault if the model cannot be driven."""
         from hunav_drake.systems.common.models.apart import ModelFault
         from hunav_drake.systems.robot.plant_model import inspect_model
 
@@ -132,7 +128,7 @@ class PhysicalRobot(RobotConfig):
             yield fault.place, str(fault)
 
     def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Looks whether people are kept off the disc and not the body."""
+        """Yields a doubt if the disc is larger than the body."""
         from hunav_drake.systems.robot.plant_robot import body_reach
 
         reach = body_reach(self.GetModel(), self.GetDrive(), self.start)
@@ -149,10 +145,10 @@ class PhysicalRobot(RobotConfig):
 @register_robot("pmb2")
 @dataclass(kw_only=True, config=CONFIG)
 class PMB2Config(PhysicalRobot):
-    """A round base on two driven wheels, with the figures of PAL's PMB2."""
+    """A round base on two driven wheels, with the parameters of PAL's PMB2."""
 
     radius: BodyRadius = 0.27
-    """The radius of its body, in meters."""
+    """Radius of the robot's body, in meters."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the model of the package."""
@@ -176,21 +172,21 @@ class PMB2Config(PhysicalRobot):
 @register_robot("urdf")
 @dataclass(kw_only=True, config=CONFIG)
 class UrdfRobot(PhysicalRobot):
-    """Any robot of a URDF or SDF file, driven on wheels or otherwise."""
+    """A robot from a URDF or SDF file, with any of the drives."""
 
     file: FilePath
-    """The file: a path, in a scenario file from where that is, or
+    """Model file: a path, in a scenario file relative to it, or
     package://name/..."""
 
     base: StrictStr
-    """The body whose place and heading are those of the robot."""
+    """Body with the position and heading of the robot."""
 
     drive: Annotated[DriveConfig, DRIVES]
-    """How it is driven; see `hunav_drake.systems.robot.DRIVES`."""
+    """Drive of the robot; see `hunav_drake.systems.robot.DRIVES`."""
 
     packages: dict[StrictStr, StrictStr] = field(default_factory=dict)
-    """Folders of packages by name, for package://name/...; besides those that
-    ROS_PACKAGE_PATH and the package.xml above the file name."""
+    """Folders of packages by name, for package://name/..., in addition to those
+    given by ROS_PACKAGE_PATH and by the package.xml above the file."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the user's model."""

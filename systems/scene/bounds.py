@@ -12,8 +12,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.world.shapes import World
 
-# How steeply the camera of the overview looks down, in radians: so that walls
-# of 1 m hide little.
+# The elevation of the overview camera, in radians: walls of 1 m hide little.
 ELEVATION = math.radians(48.0)
 
 
@@ -28,7 +27,7 @@ class Bounds:
 
     @property
     def center(self) -> tuple[float, float]:
-        """The middle, in meters."""
+        """The center, in meters."""
         return (self.x_min + self.x_max) / 2, (self.y_min + self.y_max) / 2
 
     @property
@@ -44,18 +43,10 @@ def scene_bounds(
     *,
     margin: float = 0.0,
 ) -> Bounds:
-    """Returns the smallest rectangle around everything that has a place.
+    """Returns the smallest rectangle around everything in the scene.
 
-    Walls, people and robot count, and where they go.
-
-    Args:
-        world: Walls and all else that stands there.
-        humans: The people.
-        robot: The robot.
-        margin: How much to add on each side, in meters.
-
-    Returns:
-        The rectangle; with nothing to show, 2 m around the origin.
+    Walls, people, robot and goals count, and a margin on each side, in meters.
+    In an empty scene, it is 2 m around the origin.
     """
     ends = world.obstacles().segments.reshape(-1, 2)
     places = []
@@ -75,9 +66,9 @@ def scene_bounds(
 
 
 def view_axes(bounds: Bounds) -> tuple[Array, Array]:
-    """Returns the directions to the right and ahead of the overview, in W.
+    """Returns the right and ahead directions of the overview, in W.
 
-    The longer side of the bounds lies along the width of the picture.
+    The longer side of the bounds is along the width of the picture.
     """
     width, depth = bounds.size
     right = np.array([1.0, 0.0, 0.0] if width >= depth else [0.0, 1.0, 0.0])

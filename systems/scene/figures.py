@@ -1,25 +1,20 @@
-"""Adds the figures of people to a SceneGraph of somebody's own."""
+"""Adds the figures of people to a user's SceneGraph."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
 from pydrake.geometry import Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, InputPort
-from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label, labels_taken
-from hunav_drake.systems.scene.palette import clothes
-from hunav_drake.systems.scene.scene import figure_names, joint_positions
-from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
+from hunav_drake.systems.scene.scene import AddKinematics, AddPeople
 
 
 class FigurePorts(NamedTuple):
-    """What `AddFigures` leaves to connect.
+    """The ports of `AddFigures` to connect.
 
     Attributes:
         human_states: Takes n rows (x, y, yaw, vx, vy, omega, radius).
@@ -40,19 +35,20 @@ def AddFigures(
 ) -> FigurePorts:
     """Adds walking figures to a SceneGraph, for its cameras and visualizers.
 
-    They have a perception and an illustration role, and none for proximity:
-    a plant in the same SceneGraph does not collide with them.
+    They have a perception and an illustration role, but no proximity role: a
+    plant in the same SceneGraph does not collide with them.
 
     Args:
-        builder: Where the SceneGraph is.
-        scene_graph: Gets the geometry, as that of a source called `name`.
+        builder: The builder with the SceneGraph.
+        scene_graph: The SceneGraph; it gets the geometry under the source
+            `name`.
         humans: The people, in the order of ``human_states``.
         time_step: The period of the states, in seconds.
-        name: What the system is called that poses the figures.
+        name: The name of the system that poses the figures.
 
     Raises:
-        ValueError: If the SceneGraph is not in the builder, or the name is
-            taken, or there are more people than labels.
+        ValueError: If the SceneGraph is not in the builder, the name is taken,
+            or there are more people than labels.
     """
     check_place(builder, scene_graph, name)
     taken = labels_taken(_all_labels(scene_graph))
@@ -60,38 +56,11 @@ def AddFigures(
     plant = MultibodyPlant(time_step=0.0)
     plant.set_name(name)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    joints = [
-        AddHumanBody(
-            plant,
-            instance,
-            radius=human.radius,
-            clothes=clothes(i),
-            telephone=human.behavior_name == "distracted",
-            label=labels[i],
-        )
-        for i, (instance, human) in enumerate(
-            zip(figure_names(humans), humans, strict=True)
-        )
-    ]
+    joints = AddPeople(plant, humans, labels)
     plant.Finalize()
     inner = DiagramBuilder()
-    kinematics = inner.AddNamedSystem(
-        "kinematics",
-        SceneKinematics(
-            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
-            None,
-            num_positions=plant.num_positions(),
-            time_step=time_step,
-        ),
-    )
-    poses = inner.AddNamedSystem(
-        "geometry_poses", MultibodyPositionToGeometryPose(plant)
-    )
-    inner.Connect(
-        kinematics.get_positions_output_port(), poses.get_input_port()
-    )
-    inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
-    inner.ExportOutput(poses.get_output_port(), "geometry_pose")
+    _, poses = AddKinematics(inner, plant, joints, [], time_step)
+    inner.ExportOutput(poses, "geometry_pose")
     figures = builder.AddNamedSystem(name, inner.Build())
     builder.Connect(
         figures.get_output_port(),
@@ -106,7 +75,7 @@ def check_place(
     """Checks that figures can be added: see `AddFigures`.
 
     Raises:
-        TypeError: If the SceneGraph is none.
+        TypeError: If `scene_graph` is not a SceneGraph.
         ValueError: If it is not in the builder, or the name is taken.
     """
     check_kind("scene_graph", scene_graph, SceneGraph, "a SceneGraph")
@@ -124,7 +93,7 @@ def check_place(
 
 
 def _all_labels(scene_graph: SceneGraph) -> list[int]:
-    """Returns the labels of all geometry that cameras see."""
+    """Returns the labels of all geometry with a perception role."""
     inspector = scene_graph.model_inspector()
     labels = []
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):

@@ -1,4 +1,4 @@
-"""A person's figure: bodies, joints and clothes; its parts are in `models`."""
+"""A person's figure: bodies, joints and clothes; its meshes are in `models`."""
 
 from functools import cache
 from importlib import resources
@@ -35,16 +35,15 @@ from hunav_drake.systems.scene.visuals import AddLabeledVisual, AddVisual
 _SHOULDER_Y = 0.19
 _SHOULDER_Z = 0.515
 
-# Discs lie so far above the floor, and each so far above the one before, that
-# no two surfaces share a height: the depth buffer could not tell them apart
-# where they overlap, and they would flicker. After so many the first comes
-# again. In meters.
+# The height of the first disc above the floor, and the step to the next one, in
+# meters, repeated after this number of levels. Overlapping surfaces at the same
+# height would flicker, because the depth buffer cannot separate them.
 _DISC_Z = 0.0104
 _DISC_STEP = 0.0008
 _DISC_LEVELS = 12
 
-# The arm that holds a telephone is turned inwards by this, in radians, and the
-# head is bent down to it, about the neck, at this height above the hips.
+# The inward turn of an arm that holds a telephone and the downward pitch of the
+# head, in radians, and the height of the neck above the hips, in meters.
 _INWARDS = 0.5
 _BENT_DOWN = 0.4
 _NECK_Z = 0.6
@@ -60,13 +59,13 @@ def AddHumanBody(
     label: int | None = None,
     level: int = 0,
 ) -> list[Joint]:
-    """Adds the figure of a person to a plant, as its own model instance.
+    """Adds the figure of a person to a plant as a model instance.
 
-    The figure is 1.7 m tall and faces +x at yaw 0. It has eight bodies
-    ("base", "trunk", and of each side "thigh", "shin" and "arm") on eight
-    joints with ten positions, no mass, and no collision geometry. A disc on
-    the floor shows the radius that the crowd computes with; it has no
-    perception role, so that simulated cameras do not see it.
+    The figure is 1.7 m tall and faces +x at yaw 0. It has eight bodies ("base",
+    "trunk", and "thigh", "shin" and "arm" on each side) with eight joints and
+    ten positions, no mass, and no collision geometry. A disc on the floor shows
+    the person's radius in the crowd; it has no perception role, so simulated
+    cameras do not see it.
 
     Args:
         plant: A plant that is registered with a SceneGraph and not finalized.
@@ -74,10 +73,10 @@ def AddHumanBody(
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
         telephone: Whether the person looks at a telephone in the right hand.
-        label: What all of the figure has in label images; by default, each
-            body its own: see `human_label`.
-        level: How many people were added before, which raises the disc by a
-            hair: discs that overlap must not share a height.
+        label: The label of the whole figure in label images: see `human_label`;
+            by default, each body has a separate one.
+        level: The number of people added before. It raises the disc slightly,
+            so that overlapping discs have different heights.
 
     Returns:
         The joints in the order of the positions in `gait`: of the base
@@ -103,7 +102,7 @@ def AddHumanBody(
     def AddSwinging(
         body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int
     ) -> RigidBody:
-        """Adds a body that hangs from a place of another, and swings there."""
+        """Adds a body that swings about a point of another."""
         hanging = plant.AddRigidBody(body, instance)
         X_PJ = RigidTransform(np.multiply(place, [1, width, 1]))
         frame = plant.AddFrame(
@@ -144,7 +143,7 @@ def AddHumanBody(
         place = [0, sign * _SHOULDER_Y, _SHOULDER_Z]
         arm = AddSwinging(f"{side}_arm", trunk, f"{side}_shoulder", place, -1)
         if telephone and side == "right":
-            # On the trunk, as it does not swing.
+            # On the trunk, because it does not swing.
             turn = RotationMatrix.MakeZRotation(_INWARDS)
             X_TS = RigidTransform(turn, np.multiply(place, [1, width, 1]))
             for part, color in (
@@ -161,20 +160,20 @@ def AddHumanBody(
 
 
 def disc_height(level: int) -> float:
-    """Returns how high the disc of a person lies: see `AddHumanBody`, in m."""
+    """Returns the height of a person's disc, in m: see `AddHumanBody`."""
     return _DISC_Z + _DISC_STEP * (level % _DISC_LEVELS)
 
 
 @cache
 def _read_mesh(name: str) -> InMemoryMesh:
-    """Returns a mesh of `models`, as a file in memory."""
+    """Returns a mesh of `models` as a file in memory."""
     file = resources.files(__package__) / f"models/{name}.obj"
     text = file.read_text(encoding="utf-8")
     return InMemoryMesh(mesh_file=MemoryFile(text, ".obj", name))
 
 
 def _tilted(pitch: float) -> RigidTransform:
-    """Returns the pose of a head that is bent forward about the neck."""
+    """Returns the pose of a head that is pitched about the neck."""
     about = RigidTransform([0.0, 0.0, _NECK_Z])
     turn = RigidTransform(RotationMatrix.MakeYRotation(pitch))
     return about @ turn @ about.inverse()

@@ -1,8 +1,8 @@
-"""Triangle meshes made of numbers: lofts, ellipsoids, prisms, flat tiles.
+"""Procedural triangle meshes: lofts, ellipsoids, prisms, flat tiles.
 
-Primitive shapes alone make stick figures; a handful of lofted sections makes
-a torso, a thigh or a shoe. The meshes are plain arrays, so that they can be
-tested and joined without Drake, and become OBJ text at the end.
+Primitive shapes alone make stick figures; a few lofted sections make a torso, a
+thigh or a shoe. The meshes are plain arrays, which can be tested and joined
+without Drake, and are converted to OBJ text at the end.
 """
 
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from hunav_drake.systems.common.arrays import Array
 
 @dataclass(frozen=True)
 class TriangleMesh:
-    """A surface of triangles, counter-clockwise seen from outside.
+    """A surface of triangles, counterclockwise seen from outside.
 
     Attributes:
         vertices: Shape (v, 3), in meters.
-        normals: Shape (v, 3): the unit normals that the shading uses.
+        normals: Shape (v, 3): the unit normals for shading.
         faces: Shape (f, 3): indices into the vertices.
     """
 
@@ -30,7 +30,7 @@ class TriangleMesh:
     faces: NDArray[np.int64]
 
     def moved(self, offset: ArrayLike, pitch: float = 0.0) -> "TriangleMesh":
-        """Returns the mesh turned about +y by `pitch` radians, and moved."""
+        """Returns the mesh rotated about +y by `pitch` radians, then moved."""
         c, s = np.cos(pitch), np.sin(pitch)
         rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
         return TriangleMesh(
@@ -40,7 +40,7 @@ class TriangleMesh:
         )
 
     def to_obj(self) -> str:
-        """Returns the mesh in Wavefront OBJ form; what is equal stands once."""
+        """Returns the mesh as Wavefront OBJ text without duplicate rows."""
         v, corner = _unique(self.vertices.round(4))
         n, normal = _unique(self.normals.round(2))
         names = [
@@ -70,12 +70,10 @@ def loft(
 ) -> TriangleMesh:
     """Returns a smooth closed surface through horizontal sections.
 
-    Args:
-        sections: Shape (k, 5), from the lowest to the highest: the center
-            (x, y, z) and the half widths along x and y of each, in meters.
-        sides: The number of corners of a section.
-        power: 2 makes ellipses, more makes rounded rectangles (Lamé curves,
-            |x/a|^p + |y/b|^p = 1).
+    They have shape (k, 5), from the lowest to the highest: the center (x, y, z)
+    and the half widths along x and y of each, in meters. A section has `sides`
+    corners; power 2 gives ellipses, more gives rounded rectangles (Lamé curves,
+    |x/a|^p + |y/b|^p = 1).
     """
     rows = np.asarray(sections, dtype=float)
     angle = np.arange(sides) * (2 * np.pi / sides)
@@ -134,7 +132,7 @@ def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
     flat = [np.column_stack([p, np.full(k, z)]) for z in (low, high)]
     up = np.tile([0.0, 0.0, 1.0], (k, 1))
 
-    # The sides have corners of their own, so that edges stay sharp.
+    # The sides have separate corners, so that edges stay sharp.
     q = np.roll(p, -1, axis=0)
     along = q - p
     length = np.linalg.norm(along, axis=1, keepdims=True)
@@ -155,7 +153,7 @@ def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
 
 
 def lay(quads: ArrayLike, height: float) -> TriangleMesh:
-    """Returns flat, counter-clockwise quads (m, 4, 2) that face upwards."""
+    """Returns flat, counterclockwise quads (m, 4, 2) that face upwards."""
     p = np.asarray(quads, dtype=float).reshape(-1, 2)
     first = np.arange(0, len(p), 4)[:, None]
     return TriangleMesh(
@@ -186,7 +184,7 @@ def circle(radius: float, sides: int) -> Array:
 
 
 def plate(outline: ArrayLike, height: float) -> TriangleMesh:
-    """Returns a simple counter-clockwise polygon (k, 2) that faces upwards."""
+    """Returns a simple counterclockwise polygon (k, 2) that faces upwards."""
     p = np.asarray(outline, dtype=float)
     return TriangleMesh(
         np.column_stack([p, np.full(len(p), height)]),
@@ -196,10 +194,10 @@ def plate(outline: ArrayLike, height: float) -> TriangleMesh:
 
 
 def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
-    """Returns triangles that cover a simple counter-clockwise polygon (k, 2).
+    """Returns triangles that cover a simple counterclockwise polygon (k, 2).
 
-    They are counter-clockwise indices of its corners. An outline that crosses
-    or repeats itself gives a fan, whose triangles may overlap.
+    They are counterclockwise indices of its corners. An outline that crosses or
+    repeats itself gives a fan, whose triangles may overlap.
     """
     p = np.asarray(outline, dtype=float)
     polygon = shapely.polygons(p)
@@ -207,7 +205,7 @@ def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
         i = np.arange(1, len(p) - 1)
         return np.column_stack([np.zeros_like(i), i, i + 1])
     triangles = shapely.constrained_delaunay_triangles(polygon)
-    # Of each, the last corner is the first again. All turn to the right.
+    # Each repeats its first corner at the end, and all are clockwise.
     index = {tuple(corner): i for i, corner in enumerate(p.tolist())}
     rows = [
         [index[corner] for corner in triangle.exterior.coords[2::-1]]
@@ -217,19 +215,19 @@ def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
 
 
 def _numbers(values: Sequence[float]) -> str:
-    """Returns numbers as short text, because replays are made of it."""
+    """Returns numbers as short text, which keeps replays small."""
     return " ".join(f"{value:z.10g}" for value in values)
 
 
 def _unique(rows: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Returns the different rows, and which of them each row is."""
-    # (Adding 0 makes 0 of -0.)
+    """Returns the unique rows and the index of each row among them."""
+    # (Adding 0 turns -0 into 0.)
     found, which = np.unique(rows + 0.0, axis=0, return_inverse=True)
     return found, which.ravel()
 
 
 def _smooth_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:
-    """Returns at each vertex the mean of its faces' normals, by area."""
+    """Returns the area-weighted mean of face normals at each vertex."""
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)
     normals = np.zeros_like(vertices)

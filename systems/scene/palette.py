@@ -7,7 +7,7 @@ from pydrake.geometry import Rgba
 
 @dataclass(frozen=True)
 class Clothes:
-    """The colors of one person; the shirt's, `top`, tells people apart."""
+    """The colors of a person; `top`, the shirt's, distinguishes people."""
 
     top: Rgba
     trousers: Rgba
@@ -16,10 +16,10 @@ class Clothes:
     hair: Rgba
 
 
-# First Okabe and Ito's colors, which stay apart for color-blind eyes ("Color
+# First Okabe and Ito's colors, which color-blind people can distinguish ("Color
 # universal design", 2008); vermilion is the robot's. Then muted colors, each
-# the farthest in CIELAB from all before, from the robot, the skin and the
-# floor: any two of the 24 are more than 25 apart (CIE76).
+# the farthest in CIELAB from all previous ones, from the robot, the skin and
+# the floor: any two of the 24 are more than 25 apart (CIE76).
 TOPS = (
     Rgba(0.000, 0.447, 0.698),
     Rgba(0.902, 0.624, 0.000),
@@ -81,7 +81,7 @@ FLOOR = (Rgba(0.83, 0.82, 0.79), Rgba(0.77, 0.76, 0.73))
 WALL = Rgba(0.60, 0.65, 0.71)
 WALL_CUT = Rgba(0.38, 0.43, 0.50)
 
-# What the parts of the world are made of.
+# The colors of materials.
 MATERIALS = {
     "wall": WALL,
     "stone": Rgba(0.66, 0.66, 0.65),
@@ -98,19 +98,19 @@ MATERIALS = {
 }
 BODY_DISC = Rgba(0.1, 0.1, 0.12, 0.18)
 
-# Who reacts to the robot, the plan of the robot, and what its lidar meets.
+# People who react to the robot, the robot's plan, and its lidar's hits.
 REACTION = Rgba(0.86, 0.08, 0.24)
 PLAN = Rgba(0.46, 0.16, 0.56)
 SCAN = Rgba(0.85, 0.10, 0.10)
 
-# The edges of the intimate, personal and social space.
+# The boundaries of the intimate, personal and social space.
 PROXEMIC_RINGS = (
     Rgba(0.80, 0.15, 0.15, 0.55),
     Rgba(0.90, 0.55, 0.10, 0.50),
     Rgba(0.20, 0.45, 0.70, 0.45),
 )
 
-# What draws to the goal, pushes from people, and pushes from walls.
+# The forces to the goal, from people, and from walls.
 FORCE_ARROWS = (
     Rgba(0.10, 0.55, 0.20),
     Rgba(0.15, 0.30, 0.80),

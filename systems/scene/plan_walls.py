@@ -1,4 +1,4 @@
-"""Draws walls in a plot, as seen from above."""
+"""Draws walls in a plot, seen from above."""
 
 from typing import TYPE_CHECKING
 

@@ -21,26 +21,21 @@ from hunav_drake.systems.scene.palette import (
 )
 from hunav_drake.systems.scene.visuals import AddVisual
 
-# Heights, in meters; a robot slimmer than this is lower too.
+# Heights, in meters; a robot with a smaller radius is lower, too.
 _FULL_SIZE_RADIUS = 0.3
 _DECK_LOW, _DECK_HIGH = 0.20, 0.29
 
-# In robot radii: the distance of the wheels from the middle, and their width.
+# The distance of the wheels from the center, and their width, in robot radii.
 _WHEEL_Y = 0.80
 _WHEEL_WIDTH = 0.17
 
 
 def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
-    """Adds the figure of a differential-drive robot, as a model instance.
+    """Adds the figure of a differential-drive robot as a model instance.
 
     Its deck is a disc of the robot's radius; a lidar, a lamp and an arrow on
-    the deck show where it is heading (+x at yaw 0). No mass, no collision
-    geometry.
-
-    Args:
-        plant: A plant that is registered with a SceneGraph and not finalized.
-        name: The name of the model instance, unique in the plant.
-        radius: The radius of the robot's disc, in meters.
+    the deck show its heading (+x at yaw 0). It has no mass and no collision
+    geometry. The plant is registered with a SceneGraph and not finalized.
 
     Returns:
         The joint of its base, with the positions x, y and yaw.
@@ -75,7 +70,7 @@ def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
     )
     add("deck", deck, ROBOT_SHELL)
     add("arrow", _arrow(radius, high), ROBOT_ACCENT)
-    # Radius and x are in robot radii, the length is for a robot of full size.
+    # Radius and x are in robot radii, the length is for a full-size robot.
     for part, color, r, length, x, z in (
         ("band", ROBOT_ACCENT, 1.004, 0.022, 0.0, low + 0.018 * scale),
         ("lidar", ROBOT_DARK, 0.17, 0.07, 0.60, high + 0.035 * scale),

@@ -43,28 +43,30 @@ if TYPE_CHECKING:
 
     from hunav_drake.systems.scene.overlays.viewer import MeshcatViewer
 
-# How far the floor reaches beyond everything on it, in meters.
+# The margin of the floor beyond everything on it, in meters.
 FLOOR_MARGIN = 0.6
 
-# About the time between frames that are shown or recorded, in seconds.
+# The approximate time between displayed or recorded frames, in seconds.
 FRAME_PERIOD = 0.1
 
 
 @dataclass(frozen=True)
 class ScenePorts:
-    """The ports and parts of a scene, for the caller of `AddScene`.
+    """The ports and parts of a scene from `AddScene`.
 
     Attributes:
-        system: The scene, which has more inputs with Meshcat.
-        human_states: Takes the states of the people, size 7n.
-        robot_state: Takes the state of the robot, size 7; None without one.
-        query_object: Gives the scene's QueryObject, for cameras and sensors.
+        system: The scene, which has additional inputs with Meshcat.
+        human_states: The input for the states of the people, size 7n.
+        robot_state: The input for the state of the robot, size 7; None without
+            a robot.
+        query_object: The output of the scene's QueryObject, for cameras and
+            sensors.
         scene_graph: The SceneGraph, to add renderers to.
-        plant: The plant whose bodies are drawn. It is not part of the diagram
-            and has no mass: only a table of frames and geometry.
+        plant: The plant of the drawn bodies. It is not part of the diagram and
+            has no mass: it only holds frames and geometry.
         human_names: The model instance of each person in the plant.
-        visualizer: What records, and publishes to Meshcat while somebody looks
-            or it records; None if headless.
+        visualizer: The system that records, and that publishes to Meshcat; None
+            without Meshcat.
     """
 
     system: Diagram
@@ -88,7 +90,7 @@ def AddScene(
     config: SceneConfig | None = None,
     scan_angles: Array | None = None,
 ) -> ScenePorts:
-    """Adds the scene to a builder, as one diagram named "scene".
+    """Adds the scene to a builder as one diagram named "scene".
 
     .. pydrake_system::
 
@@ -99,29 +101,29 @@ def AddScene(
         output_ports:
         - query
 
-    Inside are the systems "kinematics" (SceneKinematics), "geometry_poses",
+    It contains the systems "kinematics" (SceneKinematics), "geometry_poses",
     "scene_graph", and with Meshcat "meshcat_visualizer" (MeshcatViewer) and
-    "overlays" (OverlayPublisher), whose inputs the scene has then, too: connect
-    those that there are, and what they tell is drawn. The geometry belongs
-    to the model instances "robot" and one per person: the person's name, with
-    "_" for what is neither letter nor digit, and a number if that is taken.
-    Without Meshcat nothing is published, and a step costs no more than the
-    update of the gait.
+    "overlays" (OverlayPublisher). The inputs of "overlays" become inputs of the
+    scene; connect those that should be drawn. The geometry belongs to the model
+    instances "robot" and one per person: the person's name, with "_" for
+    characters other than letters and digits, and a number if that is taken.
+    Without Meshcat nothing is published, and a step only updates the gait.
 
     Args:
-        builder: Where the scene goes.
+        builder: The builder to add the scene to.
         world: The walls.
         humans: The people, in the order of `human_states`.
-        robot: The robot; None for a world without one.
+        robot: The robot; None without a robot.
         time_step: The period of the states, in seconds.
-        meshcat: Where to show the scene.
-        config: What is drawn besides.
-        scan_angles: The angles of a lidar's rays to the robot's heading, in
-            radians; with Meshcat, an input "scan" takes their distances.
+        meshcat: The Meshcat to show the scene in.
+        config: The additional drawings.
+        scan_angles: The angles of a lidar's rays relative to the robot's
+            heading, in radians; with Meshcat, an input "scan" takes their
+            distances.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
-            step is not positive.
+            time step is not positive.
     """
     if builder.HasSubsystemNamed("scene"):
         raise ValueError(
@@ -138,41 +140,18 @@ def AddScene(
     AddWorld(plant, world)
     AddGoalMarks(plant, humans, robot)
     human_names = figure_names(humans)
-    joints = [
-        AddHumanBody(
-            plant,
-            name,
-            radius=human.radius,
-            clothes=clothes(i),
-            telephone=human.behavior_name == "distracted",
-            label=human_label(i),
-            level=i,
-        )
-        for i, (name, human) in enumerate(zip(human_names, humans, strict=True))
-    ]
+    joints = AddPeople(
+        plant, humans, [human_label(i) for i in range(len(humans))], apart=True
+    )
     robot_joints = _AddRobot(plant, robot) if robot else []
     plant.Finalize()
 
-    kinematics = inner.AddNamedSystem(
-        "kinematics",
-        SceneKinematics(
-            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
-            joint_positions(robot_joints) if robot_joints else None,
-            num_positions=plant.num_positions(),
-            time_step=time_step,
-        ),
-    )
-    poses = inner.AddNamedSystem(
-        "geometry_poses", MultibodyPositionToGeometryPose(plant)
+    kinematics, poses = AddKinematics(
+        inner, plant, joints, robot_joints, time_step
     )
     inner.Connect(
-        kinematics.get_positions_output_port(), poses.get_input_port()
+        poses, scene_graph.get_source_pose_port(plant.get_source_id())
     )
-    inner.Connect(
-        poses.get_output_port(),
-        scene_graph.get_source_pose_port(plant.get_source_id()),
-    )
-    inner.ExportInput(kinematics.get_human_states_input_port(), "human_states")
     if robot:
         inner.ExportInput(
             kinematics.get_robot_state_input_port(), "robot_state"
@@ -218,6 +197,66 @@ def AddScene(
     )
 
 
+def AddPeople(
+    plant: MultibodyPlant,
+    humans: Sequence[HumanConfig],
+    labels: Sequence[int],
+    *,
+    apart: bool = False,
+) -> list[list[Joint]]:
+    """Adds the figures of people to a plant; returns the joints of each.
+
+    `labels` are those in label images; `apart` is whether discs differ in
+    height: see `AddHumanBody`.
+    """
+    return [
+        AddHumanBody(
+            plant,
+            name,
+            radius=human.radius,
+            clothes=clothes(i),
+            telephone=human.behavior_name == "distracted",
+            label=labels[i],
+            level=i if apart else 0,
+        )
+        for i, (name, human) in enumerate(
+            zip(figure_names(humans), humans, strict=True)
+        )
+    ]
+
+
+def AddKinematics(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    joints: Sequence[Sequence[Joint]],
+    robot_joints: Sequence[Joint],
+    time_step: float,
+) -> tuple[SceneKinematics, OutputPort]:
+    """Adds what poses the figures of a plant; exports "human_states".
+
+    Returns the kinematics, and the port with the poses of the geometry.
+    """
+    kinematics = builder.AddNamedSystem(
+        "kinematics",
+        SceneKinematics(
+            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
+            joint_positions(robot_joints) if robot_joints else None,
+            num_positions=plant.num_positions(),
+            time_step=time_step,
+        ),
+    )
+    poses = builder.AddNamedSystem(
+        "geometry_poses", MultibodyPositionToGeometryPose(plant)
+    )
+    builder.Connect(
+        kinematics.get_positions_output_port(), poses.get_input_port()
+    )
+    builder.ExportInput(
+        kinematics.get_human_states_input_port(), "human_states"
+    )
+    return kinematics, poses.get_output_port()
+
+
 def _AddRobot(plant: MultibodyPlant, robot: RobotConfig) -> Sequence[Joint]:
     """Adds the figure of a robot; returns the joints of x, y and yaw."""
     own: Sequence[Joint] | None = robot.AddFigure(plant, "robot")
@@ -229,18 +268,18 @@ def _AddRobot(plant: MultibodyPlant, robot: RobotConfig) -> Sequence[Joint]:
 def frame_period(time_step: float) -> float:
     """Returns the time between frames, a power of two of time steps, in s.
 
-    It is that nearest to `FRAME_PERIOD`.
+    It is the one nearest to `FRAME_PERIOD`.
 
     Drake computes the k-th time of an event as k times its period. Only for
-    powers of two these are exactly times of steps as well; an ulp apart, the
-    frame would show the state of the next step.
+    powers of two are these exactly times of steps, too; an ulp apart, the frame
+    would show the state of the next step.
     """
     doublings = round(math.log2(FRAME_PERIOD / time_step))
     return time_step * 2.0 ** max(doublings, 0)
 
 
 def joint_positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
-    """Returns where the positions of some joints are in those of a plant."""
+    """Returns the indices of some joints' positions in those of a plant."""
     return np.concatenate(
         [j.position_start() + np.arange(j.num_positions()) for j in joints]
     )

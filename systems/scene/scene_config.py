@@ -1,4 +1,4 @@
-"""What is drawn of a trial besides people, robot and world."""
+"""Configuration of the overlays of a scene."""
 
 from dataclasses import field
 from typing import Literal, get_args
@@ -8,17 +8,17 @@ from pydantic.dataclasses import dataclass
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG
 
-# goals      where people and robot go
-# walked     where they came from, in the last seconds
-# plan       what the planner means the robot to follow
+# goals      the goals of people and robot
+# walked     their paths of the last seconds
+# plan       the planned path of the robot
 # local_costmap, global_costmap
-#            what the planner takes places around it, and everywhere, to cost
-# rings      the edges of the intimate, personal and social space of people
+#            the costmaps of the planner
+# rings      the boundaries of the intimate, personal and social space of people
 #            (0.45, 1.2 and 3.6 m; Hall, "The Hidden Dimension", 1966)
-# forces     what draws people to goals, and pushes them from people and walls
-# names      what people are called, how they behave, and what they do
-# reactions  who reacts to the robot
-# scan       what the lidar of the robot meets
+# forces     the forces on people: to goals, from people and from walls
+# names      the names of people, their behaviors and activities
+# reactions  the people who react to the robot
+# scan       the hits of the robot's lidar
 # clock      the time of the trial
 Overlay = Literal[
     "goals",
@@ -43,27 +43,28 @@ SHOWN: tuple[Overlay, ...] = (
     "clock",
 )
 
-# What a replay holds only if it is shown to begin with: it is large.
+# Overlays that a replay contains only if they are shown initially: they are
+# large.
 COSTMAPS: tuple[Overlay, ...] = ("local_costmap", "global_costmap")
 
-# What recordings of trials do not hold, and films of them do not show.
+# Overlays that recordings of trials do not contain, nor films of them.
 NOT_RECORDED: tuple[Overlay, ...] = ("plan", *COSTMAPS, "forces", "scan")
 
-# The edges of the intimate, personal and social space, in meters.
+# The radii of the intimate, personal and social space, in meters.
 PROXEMIC_RADII = (0.45, 1.2, 3.6)
 
-# How long a walked path is seen, in seconds.
+# The duration of a walked path, in seconds.
 WALKED_TIME = 6.0
 
-# Who is slower than this stands, in m/s.
+# The speed below which a person counts as standing, in m/s.
 STANDING_SPEED = 0.15
 
 
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SceneConfig:
-    """What is seen of a trial, live, in replays and in films."""
+    """Configuration of live views, replays and films."""
 
     overlays: list[Overlay] = field(default_factory=lambda: list(SHOWN))
-    """What is drawn besides people, robot and world, to begin with: the page of
-    a replay, and the live view, show and hide each."""
+    """Overlays that are shown initially, in addition to people, robot and
+    world. The page of a replay and the live view can show and hide each."""

@@ -1,4 +1,4 @@
-"""Turns the states of people and robot into the positions of their figures."""
+"""Converts the states of people and robot to the positions of their figures."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,8 +38,8 @@ class SceneKinematics(LeafSystem):
     7); without a robot there is no such port. Port `positions` gives the
     generalized positions of the scene's plant.
 
-    The discrete state holds for each person the phase of the stride (rad),
-    the smoothed speed (m/s) and the last place (m): see `gait`. It is updated
+    The discrete state holds for each person the phase of the stride (rad), the
+    smoothed speed (m/s) and the last position (m): see `gait`. It is updated
     every `time_step`.
     """
 
@@ -53,13 +53,10 @@ class SceneKinematics(LeafSystem):
     ) -> None:
         """Constructs a SceneKinematics.
 
-        Args:
-            human_positions: Shape (n, 10): where in the positions of the
-                plant each position of each figure is (order of `gait`).
-            robot_positions: Shape (3,): the same for x, y and yaw of the
-                robot; None without one.
-            num_positions: The number of positions of the plant.
-            time_step: The time between two updates, in seconds.
+        `human_positions`, shape (n, 10), are the indices of each figure's
+        positions in those of the plant (in the order of `gait`), and
+        `robot_positions` those of x, y and yaw of the robot; None without a
+        robot.
         """
         super().__init__()
         self._human_positions = np.asarray(human_positions, dtype=np.int64)
@@ -102,8 +99,8 @@ class SceneKinematics(LeafSystem):
         return self._positions
 
     def _Advance(self, context: Context, state: DiscreteValues) -> None:
-        # Views, not copies as from Eval: this runs at every step of a trial
-        # that nobody looks at, and advance_gait() only reads.
+        # Views instead of the copies from Eval: this runs at every step, even
+        # without viewers, and advance_gait() only reads.
         gait = advance_gait(
             context.get_discrete_state_vector().value(),
             self.EvalVectorInput(context, self._human_states_index).value(),
@@ -113,7 +110,7 @@ class SceneKinematics(LeafSystem):
 
     def _CalcPositions(self, context: Context, output: BasicVector) -> None:
         q: Array = np.zeros(self._num_positions)
-        # Without people nothing need be connected to their port.
+        # Without people their port may be unconnected.
         if len(self._human_positions):
             q[self._human_positions] = pose_figures(
                 context.get_discrete_state(self._gait).value(),

@@ -43,19 +43,20 @@ from hunav_drake.systems.scene.visuals import AddVisual
 from hunav_drake.systems.world.shapes import World
 from hunav_drake.systems.world.solids import Prism
 
-# Below the tiles is a slab, deep enough not to shine through, in meters.
+# The depth of the slab below the tiles, enough not to shine through, and its
+# thickness, in meters.
 _SLAB_DEPTH = 0.01
 _SLAB_THICKNESS = 0.05
 
-# A wall without a thickness of its own is drawn so thick, in meters.
+# The drawn thickness of walls without thickness, in meters.
 POLYLINE_THICKNESS = 0.05
 
-# Floor tiles are 1 m long, or 10, 100, ... m in worlds where that would be
-# more than this along a side.
+# The maximum number of floor tiles along a side. They are 1 m long, or 10, 100,
+# ... m in larger worlds.
 _MAX_TILES = 100
 
-# What reaches higher than a door is drawn cut at this height, with a section
-# that is so thick, in meters.
+# Objects higher than a door are drawn cut at this height, with a lid of this
+# thickness, in meters.
 CUT_HEIGHT = 1.1
 _HIGHEST = 2.2
 _LID = 0.004
@@ -66,15 +67,15 @@ Quad = list[tuple[float, float]]
 # Marks on the floor lie between these heights, in meters.
 _MARK_LOW, _MARK_HIGH = 0.001, 0.004
 
-# Goals of so many people in one place show as rings of their colors.
+# The number of goals at one place that are visible as rings of their colors.
 _GOAL_LEVELS = 6
 
 
 def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
     """Adds a floor of two shades of tiles, with its top at z = 0.
 
-    The tiles are 1 m wide (a power of ten, in large worlds) and lie at whole
-    multiples of that in W, so that the floor is a scale.
+    The tiles are 1 m wide (a power of ten in large worlds) and lie at multiples
+    of that in W, so that the floor is a scale.
     """
     tile = 1.0
     while max(bounds.size) / tile > _MAX_TILES:
@@ -101,17 +102,17 @@ def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
 
 
 def AddWorld(plant: MultibodyPlant, world: World) -> None:
-    """Adds all that stands in a world, on the world body.
+    """Adds all objects of a world to the world body.
 
-    Walls are "wall_0", "wall_1", ...; furniture is "furniture_0_wood", ..., a
-    part for each material. Who watches sees what is higher than a door cut at
-    `CUT_HEIGHT`, with a dark section, to see into rooms; cameras see all,
-    unless `ShowCut` is called.
-    Models of files look as these say.
+    Walls are "wall_0", "wall_1", ...; furniture is "furniture_0_wood", ..., one
+    part per material. Viewers see objects higher than a door cut at
+    `CUT_HEIGHT`, with a dark section, to look into rooms; cameras see them
+    whole, unless `ShowCut` is called. Models from files have their own
+    appearance.
     """
     for fixture in world.fixtures():
         kind, *index = fixture.place
-        # Walls are told from furniture in the tree of the scene.
+        # The tree of the scene distinguishes walls from furniture.
         stem = "_".join(
             [{"walls": "wall"}.get(str(kind), str(kind)), *map(str, index)]
         )
@@ -140,7 +141,7 @@ def _AddPrisms(
 def _AddCutPrisms(
     plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
 ) -> None:
-    """Adds prisms as one geometry for cameras, and cut for who watches."""
+    """Adds prisms as one geometry for cameras, and cut for viewers."""
     add = partial(AddVisual, plant, plant.world_body())
     low = [p for p in prisms if p.low < CUT_HEIGHT]
     cut = [_mesh(p, p.low, min(p.high, CUT_HEIGHT)) for p in low]
@@ -158,13 +159,10 @@ def _AddCutPrisms(
 
 
 def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
-    """Lets cameras see what is high as who watches does: cut.
+    """Shows high objects to cameras as to viewers: cut.
 
-    For pictures of the scene from outside, which walls would hide.
-
-    Args:
-        plant: Has the geometry of `AddWorld`.
-        scene_graph: Where it is registered, and of which no Context was made.
+    For pictures from outside, in which walls would hide the scene. The plant
+    has the geometry of `AddWorld`; no Context of the SceneGraph may exist yet.
     """
     inspector = scene_graph.model_inspector()
     source = plant.get_source_id()
@@ -180,7 +178,7 @@ def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
     }
     for name, whole in seen.items():
         stem = name.removesuffix(_WHOLE)
-        # Models of files may have any names.
+        # Models from files may have any names.
         if name in shown or name == stem:
             continue
         parts = [it for it in (stem, stem + _SECTION) if it in shown]
@@ -211,11 +209,11 @@ def AddGoalMarks(
     humans: Sequence[HumanConfig],
     robot: RobotConfig | None,
 ) -> None:
-    """Adds flat marks where people and robot are going.
+    """Adds flat marks at the goals of people and robot.
 
     The robot's goal is a ring of its radius with an arrow along the final
     heading, "robot_goal"; the goals of person i are dots in the color of the
-    shirt, "human_i_goal_k". Marks have no perception role: simulated cameras
+    shirt, "human_i_goal_k". Marks have no perception role, so simulated cameras
     do not see them.
     """
     mark = partial(AddVisual, plant, plant.world_body(), perceived=False)
@@ -234,7 +232,7 @@ def AddGoalMarks(
 
 
 def _cuts(low: float, high: float, tile: float) -> list[float]:
-    """Returns low, high, and the multiples of a tile's width between."""
+    """Returns low, high, and the multiples of a tile's width between them."""
     first, last = math.floor(low / tile) + 1, math.ceil(high / tile) - 1
     return [low, *(k * tile for k in range(first, last + 1)), high]
 

@@ -1,4 +1,4 @@
-"""Adds what is visible of bodies: shapes of Drake, and triangle meshes."""
+"""Adds visible geometry to bodies: Drake's shapes and triangle meshes."""
 
 from pydrake.common import MemoryFile
 from pydrake.geometry import (
@@ -31,8 +31,8 @@ def AddVisual(
 ) -> None:
     """Adds visible geometry to a body B; it never collides.
 
-    Simulated cameras see it only if it is `perceived`, and who watches the
-    scene in Meshcat only if it is `shown`.
+    Simulated cameras see it only if it is `perceived`, and viewers of Meshcat
+    only if it is `shown`.
     """
     if isinstance(shape, TriangleMesh):
         file = MemoryFile(shape.to_obj(), ".obj", name)
@@ -62,7 +62,7 @@ def AddLabeledVisual(
     X_BG: RigidTransform | None,
     label: int,
 ) -> None:
-    """Adds visible geometry that has a label of its own in label images."""
+    """Adds visible geometry with a given label in label images."""
     visual = GeometryInstance(X_BG or RigidTransform(), shape, name)
     visual.set_illustration_properties(
         MakePhongIllustrationProperties(color.rgba)

@@ -1,4 +1,4 @@
-"""Sensors of robots: lidar, cameras, and who can be seen."""
+"""Sensors of robots: lidar, cameras, and detection of people."""
 
 import lazy_loader
 

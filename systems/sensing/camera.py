@@ -1,4 +1,4 @@
-"""Cameras that see the scene as Drake renders it."""
+"""Cameras rendered by Drake."""
 
 import math
 
@@ -21,14 +21,13 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from hunav_drake.systems.sensing.sensor_parameters import CameraParameters
 
-# What renders all cameras of a SceneGraph.
+# The renderer of all cameras of a SceneGraph.
 RENDERER = "hunav_drake"
 
 # The sky, a light gray blue: (red, green, blue), each in [0, 1].
 _SKY = (0.86, 0.90, 0.94)
 
-# The light comes from above, and from all sides: its directions in W, and how
-# bright each is.
+# Lights from above and from the sides: their directions in W and intensities.
 _LIGHTS = (
     ([0.2, 0.3, -1.0], 0.45),
     ([1.0, 0.5, -0.3], 0.75),
@@ -52,22 +51,23 @@ def MakeCamera(
         - depth_image
         - label_image
 
-    Inside is Drake's RgbdSensor, whose ports these are, rendered by VTK: that
-    needs no display. Nothing is rendered until an image is asked for. Port
+    It contains Drake's RgbdSensor with these ports, rendered by VTK without a
+    display. An image is rendered only when its port is evaluated. Port
     ``color_image`` gives an ImageRgba8U, ``depth_image`` an ImageDepth32F: the
-    distance from the plane of the camera, in meters, 0 for what is nearer than
-    `range_min`, infinity for what is farther than `range_max`. Port
-    ``label_image`` gives an ImageLabel16I: `human_label(i)` for person i, else
-    the label that Drake gives to a body of a plant (its index, 0 for the
-    world), and RenderLabel.kEmpty where there is nothing.
+    distance from the plane of the camera, in meters, 0 below `range_min`,
+    infinity beyond `range_max`. Port ``label_image`` gives an ImageLabel16I:
+    `human_label(i)` for person i, else the label that Drake gives to a body of
+    a plant (its index, 0 for the world), and RenderLabel.kEmpty for the
+    background.
 
-    There is no state.
+    It has no state.
 
     Args:
         config: The camera.
-        scene_graph: What it sees; it gets a renderer named `RENDERER`, if it
-            has none of this name. No Context of it may have been made before.
-        parent_frame: What carries it: the frame of a robot's base, with z up,
+        scene_graph: The rendered SceneGraph; it gets a renderer named
+            `RENDERER`, if it has none of this name. No Context of it may exist
+            yet.
+        parent_frame: The frame of the mount: that of a robot's base, with z up,
             or of the world.
     """
     if not scene_graph.HasRenderer(RENDERER):
@@ -114,10 +114,10 @@ def MakeCamera(
 
 
 def camera_pose(config: CameraParameters) -> RigidTransform:
-    """Returns the pose X_PC of a camera on what carries it.
+    """Returns the pose X_PC of a camera C in its parent frame P.
 
-    As Drake has it, the camera C looks along its z, and x goes to the right of
-    the image, y down.
+    As in Drake, the camera looks along its z axis; x points to the right of the
+    image, y down.
     """
     x, y, yaw = config.pose
     # The columns are the axes of a camera that looks along x.
@@ -143,16 +143,16 @@ def AddCamera(
     query_object: OutputPort | None = None,
     name: str = "camera",
 ) -> Diagram:
-    """Adds a camera to a builder, and connects it to what it sees.
+    """Adds a camera to a builder and connects it to the geometry.
 
     Args:
-        builder: Where the SceneGraph, or a diagram that has it, is.
+        builder: The builder with the SceneGraph, or with a diagram that has it.
         config: The camera.
-        scene_graph: What it sees; see `MakeCamera`.
-        parent_frame: What carries it; the world by default.
-        query_object: The port of the SceneGraph, by default its own; a
-            diagram that has it gives another.
-        name: What the system is called.
+        scene_graph: The rendered SceneGraph; see `MakeCamera`.
+        parent_frame: The frame of the mount; the world by default.
+        query_object: The query port; by default that of the SceneGraph. A
+            diagram that contains it exports another.
+        name: The name of the system.
 
     Returns:
         The camera: see `MakeCamera` for its ports.
@@ -160,7 +160,7 @@ def AddCamera(
     Raises:
         ValueError: If the name is taken.
     """
-    # Drake would end the process when the diagram is built.
+    # Drake would abort the process when the diagram is built.
     if builder.HasSubsystemNamed(name):
         raise ValueError(
             f"the diagram has a system named {name!r} already: give the camera"

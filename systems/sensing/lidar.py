@@ -30,12 +30,12 @@ from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_parameters import LidarParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# People are so tall, in meters: a plane above meets nobody.
+# The height of people, in meters; a higher plane detects nobody.
 PERSON_HEIGHT = 1.7
 
 
 class Lidar(LeafSystem):
-    """Measures how far it is to walls, people and other robots all around.
+    """Measures the distances to walls, people and other robots.
 
     .. pydrake_system::
 
@@ -48,30 +48,30 @@ class Lidar(LeafSystem):
         - scan
 
     Ray i has the angle `config.angles()[i]` from straight ahead, and ends at
-    the first thing that it meets in the plane of the lidar: a wall, the disc
-    of another robot, a person. People are two legs, ellipses that follow the
-    gait of the figures of `AddScene`, or discs. The robot that carries the
-    lidar is not seen; one on the ground sees the robot.
+    the first obstacle in the plane of the lidar: a wall, the disc of another
+    robot, or a person. People are two legs, ellipses that follow the gait of
+    the figures of `AddScene`, or discs. A lidar does not detect the robot that
+    carries it; a lidar on the ground detects the robot.
 
-    A scan is made every ``config.period``, of what is there at that instant,
-    and is on the port at once, until the next one. With noise, each distance
-    has a normally distributed error, which follows from the seed, the number
-    of the lidar and the number of the scan (Philox: see `random_streams`).
+    Every ``config.period`` a scan of the current instant is taken; the port
+    gives it at once, until the next one. With noise, each distance has a
+    normally distributed error that depends on the seed, the number of the lidar
+    and the number of the scan (Philox: see `random_streams`).
 
-    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
-    the robot, ``human_states`` n such rows of the people, and
-    ``other_robot_states`` m rows of further robots, if there are any; all in
-    W, in SI units. Port ``scan`` gives the distances, in meters, each in
-    [range_min, range_max]. A ray that meets nothing in range gives
-    `range_max`; what is nearer than `range_min` gives `range_min`: so numbers
-    are always finite, and what is near is never lost. `scan_points` makes
-    points of them.
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
+    robot, ``human_states`` n such rows of the people, and
+    ``other_robot_states`` m rows of further robots, if there are any; all in W,
+    in SI units. Port ``scan`` gives the distances, in meters, each in
+    [range_min, range_max]. A ray without a hit in range gives `range_max`, and
+    one with a hit nearer than `range_min` gives `range_min`, so distances are
+    always finite, and near obstacles are never lost. `scan_points` converts
+    them to points.
 
-    The discrete state holds the scan that was made last and its number (-1
-    before the first), and in a second group, for lidars that see legs, the
-    gait of each person. A numeric parameter holds the seed, in two
-    halves. It is updated every ``time_step``, whatever the period, so that all
-    of a trial moves at the same instants.
+    The discrete state holds the last scan and its number (-1 before the first);
+    a second group, for lidars that detect legs, holds the gait of each person.
+    A numeric parameter holds the seed, in two halves. The state is updated
+    every ``time_step``, for any period, so that all parts of a trial move at
+    the same instants.
     """
 
     def __init__(
@@ -88,15 +88,15 @@ class Lidar(LeafSystem):
         """Constructs a Lidar.
 
         Args:
-            config: Its rays, and where it is mounted.
-            obstacles: What its plane meets of the world: see
-                `World.obstacles`. Nothing by default.
-            num_humans: How many people there are.
-            num_other_robots: How many robots there are besides that of
+            config: Its rays and its mount.
+            obstacles: The obstacles in its plane: see `World.obstacles`. None
+                by default.
+            num_humans: The number of people.
+            num_other_robots: The number of robots besides that of
                 ``robot_state``.
             time_step: The time between two updates, in seconds.
-            seed: That of the default Context, in [0, 2^63).
-            number: Tells lidars of one seed apart; from 0.
+            seed: The seed of the default Context, in [0, 2^63).
+            number: Distinguishes lidars with the same seed; from 0.
 
         Raises:
             ValueError: If a number is out of its range, or the period of the
@@ -166,7 +166,7 @@ class Lidar(LeafSystem):
         """Returns the port with the states of further robots.
 
         Raises:
-            ValueError: If there is none, for it was made without them.
+            ValueError: If it was constructed without other robots.
         """
         return RequirePort(
             self, self._others, "other_robot_states", "num_other_robots=0"
@@ -177,16 +177,10 @@ class Lidar(LeafSystem):
         return self._scan
 
     def SetSeed(self, context: Context, seed: int) -> None:
-        """Sets the seed that the noise of a Context follows from.
-
-        Nothing else of the Context changes.
-
-        Args:
-            context: A Context of this system.
-            seed: In [0, 2^63).
+        """Sets the seed of the noise in a Context; nothing else changes.
 
         Raises:
-            ValueError: If the seed is not such a number.
+            ValueError: If the seed is not in [0, 2^63).
         """
         halves = seed_to_halves(check_seed(seed))
         context.get_mutable_numeric_parameter(self._seed).SetFromVector(halves)
@@ -197,7 +191,7 @@ class Lidar(LeafSystem):
         return halves_to_seed(parameter.CopyToVector())
 
     def _ScanNumber(self, context: Context) -> int:
-        """Returns the number of the newest scan there can be, from 0."""
+        """Returns the number of the latest possible scan, from 0."""
         time: float = context.get_time()
         steps = math.floor(time / self._time_step + 1e-6)
         return steps // self._steps_per_scan
@@ -243,7 +237,7 @@ class Lidar(LeafSystem):
         return state
 
     def _Bodies(self, context: Context, robot: Array | None) -> Array:
-        """Returns the ellipses of all that moves, shape (k, 5)."""
+        """Returns the ellipses of all moving bodies, shape (k, 5)."""
         parts = [np.zeros((0, ELLIPSE_SIZE))]
         if self._has_humans:
             states = self._human_states.Eval(context)

@@ -1,4 +1,4 @@
-"""Where rays in a horizontal plane end, compiled by numba."""
+"""Ray casting in a horizontal plane, compiled by numba."""
 
 import math
 
@@ -21,19 +21,16 @@ from hunav_drake.systems.world.walls import distance2_to_box, opened
 
 @jit
 def _ray_span(turn, half, fan):
-    """Returns the rays that may have a direction within `half` of a turn.
+    """Returns the indices (first, end) of rays within `half` of a turn.
 
-    Both are in radians; the turn is counted from the first ray. `fan` is the
+    Both are in radians; the turn is relative to the first ray. `fan` is the
     step from ray to ray, in radians, and the number of steps of a full turn,
-    rounded up: the numbers of rays count modulo that.
-
-    Returns:
-        The first of them, and the one after the last.
+    rounded up: indices of rays are modulo that.
     """
     step, full_turn = fan
     turn -= 2 * math.pi * math.floor(turn / (2 * math.pi))
-    # One more at each end: a full turn may be less than a whole number of
-    # steps, and numbers are rounded.
+    # One more at each end: a full turn may not be a whole number of steps, and
+    # numbers are rounded.
     first = math.floor((turn - half) / step) - 1
     end = math.floor((turn + half) / step) + 3
     return first, min(end, first + full_turn)
@@ -41,15 +38,12 @@ def _ray_span(turn, half, fan):
 
 @jit
 def _to_ellipse(px, py, ux, uy, a, b):
-    """Returns how far a ray runs until it meets an ellipse around the origin.
+    """Returns the distance along a ray to an ellipse around the origin.
 
-    The ray begins at (px, py) and has the direction (ux, uy), of length 1, all
-    along the axes of the ellipse, whose half axes are a and b.
-
-    Returns:
-        The distance, in meters: 0 from inside, infinity if it misses.
+    The ray begins at (px, py) with the unit direction (ux, uy), in the axes of
+    the ellipse with semi-axes a and b. 0 from inside, infinity for a miss.
     """
-    # Drawn out to a circle of radius a.
+    # Scale the ellipse to a circle of radius a.
     py *= a / b
     uy *= a / b
     inside = px * px + py * py - a * a
@@ -60,13 +54,13 @@ def _to_ellipse(px, py, ux, uy, a, b):
     left = a * a * (ux * ux + uy * uy) - aside * aside
     if left < 0.0 or ahead <= 0.0:
         return math.inf
-    # Not the difference ahead - sqrt(left), which loses digits.
+    # The difference ahead - sqrt(left) would lose digits.
     return inside / (ahead + math.sqrt(left))
 
 
 @jit
 def _scan_ellipse(x, y, start, fan, directions, ellipse, distances):
-    """Cuts distances to an ellipse: see `ray_distances`."""
+    """Shortens distances at an ellipse: see `ray_distances`."""
     a, b = ellipse[3], ellipse[4]
     if min(a, b) <= 0.0:
         return
@@ -87,14 +81,14 @@ def _scan_ellipse(x, y, start, fan, directions, ellipse, distances):
 
 @jit
 def _scan_segment(ax, ay, bx, by, turns, fan, directions, distances):
-    """Cuts distances to a segment from a to b, as seen from the rays' start.
+    """Shortens distances at a segment a to b, relative to the rays' start.
 
     `turns` are the directions of its ends, in radians from the first ray.
     """
     span = turns[1] - turns[0]
     span -= 2 * math.pi * math.floor(span / (2 * math.pi) + 0.5)
     if abs(span) > math.pi - 1e-3:
-        # So near that rounding hides on which side it is.
+        # So near that its side is uncertain because of rounding.
         first, end = 0, len(distances)
     else:
         middle = turns[0] + 0.5 * span
@@ -104,8 +98,8 @@ def _scan_segment(ax, ay, bx, by, turns, fan, directions, distances):
         if i >= len(distances):
             continue
         ux, uy = directions[i, 0], directions[i, 1]
-        # On which side of the ray the ends are: as in `ray_cast`, so that
-        # none slips through the joint of two segments.
+        # The sides of the ends, computed as in `ray_cast`, so that no ray
+        # passes through the joint of two segments.
         a = ux * ay - uy * ax
         b = ux * by - uy * bx
         if (a >= 0) == (b >= 0):
@@ -118,27 +112,14 @@ def _scan_segment(ax, ay, bx, by, turns, fan, directions, distances):
 
 @jit_as(VECTOR, REAL, REAL, REAL, VECTOR, INTEGER, REAL, MATRIX, WALLS)
 def ray_distances(x, y, yaw, rays, count, range_max, ellipses, table):
-    """Returns how far rays run from a point until they meet something.
+    """Returns the distances along rays from a point to the first hits.
 
-    A segment of a wall, or an ellipse, is compared with the rays that point
-    at it alone.
-
-    Args:
-        x: Where they begin, in W, in meters.
-        y: The same.
-        yaw: The direction that their angles are counted from, in radians.
-        rays: The angle of the first ray, and the step to the next one, which
-            is positive; together less than a turn, in radians.
-        count: How many rays there are.
-        range_max: How far they run at most, in meters.
-        ellipses: What they meet besides walls, shape (k, 5): rows (x, y, yaw
-            of the first axis, both half axes) in W. One without extent is
-            nothing.
-        table: `Obstacles.table`.
-
-    Returns:
-        The distances, shape (count,), in meters; infinity where there is
-        nothing up to `range_max`.
+    `rays` are the angle of the first of `count` rays, relative to `yaw`, and
+    the positive step to the next one; together less than a turn. They meet
+    walls and `ellipses`, shape (k, 5): rows (x, y, yaw of the first axis, both
+    semi-axes) in W; ellipses without extent are ignored. A wall segment or an
+    ellipse is tested only against rays that point at it. The distances are
+    infinite without a hit up to `range_max`. In meters and radians.
     """
     walls = opened(table)
     start = yaw + rays[0]
@@ -164,7 +145,7 @@ def ray_distances(x, y, yaw, rays, count, range_max, ellipses, table):
         bx = by = math.nan
         for s in range(walls.runs[run, 0], walls.runs[run, 1]):
             ax, ay = walls.segments[s, 0] - x, walls.segments[s, 1] - y
-            # Most segments begin where the one before ends.
+            # Most segments begin at the end of the previous one.
             if ax == bx and ay == by:
                 turns[0] = turns[1]
             else:
@@ -180,7 +161,7 @@ def ray_distances(x, y, yaw, rays, count, range_max, ellipses, table):
 
 @jit
 def _meets_other(px, py, qx, qy, human_states, person):
-    """Tells whether somebody but a person stands on a line, p to q."""
+    """Returns whether another person than `person` is on a line, p to q."""
     dx, dy = qx - px, qy - py
     length2 = dx * dx + dy * dy
     for k in range(human_states.size // STATE_SIZE):
@@ -200,24 +181,13 @@ def _meets_other(px, py, qx, qy, human_states, person):
 def people_in_view(
     x, y, yaw, sight_range, field_of_view, others_hide, human_states, table
 ):
-    """Tells whom one sees from a place.
+    """Returns which people are in view from a point (x, y), shape (n,).
 
-    Somebody is seen whose middle is in range and in the field of view, and at
-    least one of three lines to whom is free: to the middle, and to the points
-    half a radius to its left and right.
-
-    Args:
-        x: The place, in W, in meters.
-        y: The same.
-        yaw: The middle of the field of view, in radians.
-        sight_range: How far one sees, in meters.
-        field_of_view: How wide, in radians.
-        others_hide: Whether people hide those behind them.
-        human_states: The rows of the people, shape (7n,).
-        table: `Obstacles.table` of what hides people.
-
-    Returns:
-        Shape (n,).
+    A person is in view if the center is in range and in the field of view
+    around `yaw`, and at least one of three lines is free: to the center, and to
+    the points half a radius to its left and right. `others_hide` is whether
+    people occlude people behind them; `human_states` has shape (7n,). In meters
+    and radians.
     """
     walls = opened(table)
     n = human_states.size // STATE_SIZE
@@ -233,7 +203,7 @@ def people_in_view(
             bearing = math.atan2(c * dy - s * dx, c * dx + s * dy)
             if abs(bearing) > 0.5 * field_of_view:
                 continue
-        # Half a radius across the line.
+        # Half a radius perpendicular to the line.
         half = 0.5 * human_states[row + RADIUS]
         across = half / distance if distance > 0.0 else 0.0
         for side in range(3):

@@ -1,4 +1,4 @@
-"""What a scan tells: points."""
+"""Points from scans."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,15 +11,10 @@ from hunav_drake.systems.sensing.sensor_parameters import LidarParameters, Mount
 def sensor_pose(
     config: Mount, robot_state: ArrayLike | None = None
 ) -> tuple[float, float, float]:
-    """Returns where a sensor is and where it looks: (x, y, yaw) in W.
+    """Returns the pose (x, y, yaw) of a sensor in W, in meters and radians.
 
-    Args:
-        config: The sensor.
-        robot_state: The row of the robot that carries it; it may be left out
-            for a sensor on the ground.
-
-    Returns:
-        In meters and radians.
+    `robot_state` is the row of the robot that carries it; not needed for a
+    sensor on the ground.
 
     Raises:
         ValueError: If the row of the robot is missing.
@@ -45,20 +40,20 @@ def scan_points(
     scan: ArrayLike,
     robot_state: ArrayLike | None = None,
 ) -> Array:
-    """Returns the points that a scan met.
+    """Returns the points of a scan's hits.
 
     Args:
         config: The lidar.
         scan: Its distances, shape (num_rays,), in meters.
-        robot_state: The row of the robot that carries it, as it was when the
-            scan was made; it may be left out for a lidar on the ground.
+        robot_state: The row of the robot that carries it, at the time of the
+            scan; not needed for a lidar on the ground.
 
     Returns:
-        Shape (k, 2), in W, in meters, in the order of the rays. A ray without
-        a return, at `range_max`, gives none.
+        Shape (k, 2), in W, in meters, in the order of the rays. A ray without a
+        hit, at `range_max`, gives no point.
 
     Raises:
-        ValueError: If the scan is of another lidar, or the row is missing.
+        ValueError: If the scan has another size, or the row is missing.
     """
     distances = np.asarray(scan, dtype=float)
     if distances.shape != (config.num_rays,):

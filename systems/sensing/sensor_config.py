@@ -1,4 +1,4 @@
-"""The sensors of trials: what each measures, and what carries it."""
+"""The configuration of sensors: measurements and mounts."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ from hunav_drake.systems.world.shapes import World
 
 
 class Rendering(NamedTuple):
-    """What a camera sees, and where it is mounted.
+    """The geometry of cameras and their mounts.
 
     Attributes:
         scene_graph: The SceneGraph of the scene.
-        frames: The FrameId by what carries a sensor, "robot" and "world".
+        frames: The FrameId of each mount, "robot" and "world".
     """
 
     scene_graph: Any
@@ -32,16 +32,16 @@ class Rendering(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SensingTask:
-    """What stays constant while a sensor measures.
+    """The constant data of a sensor's task.
 
     Attributes:
-        world: What does not move.
-        num_humans: How many people there are.
+        world: The static world.
+        num_humans: The number of people.
         time_step: The time between two updates of the trial, in seconds.
-        seed: That of the default Context.
-        number: Which sensor of the trial it is, from 0; each has noise of its
-            own.
-        rendering: The geometry, for cameras; None where there is none.
+        seed: The seed of the default Context.
+        number: The number of the sensor in the trial, from 0; each has
+            different noise.
+        rendering: The geometry for cameras; None without geometry.
     """
 
     world: World
@@ -55,36 +55,29 @@ class SensingTask:
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class SensorConfig(Mount, ABC):
-    """What all sensors have; which one it is, a derived class tells."""
+    """Base class of sensors."""
 
     @abstractmethod
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes the sensor: a LeafSystem or a Diagram.
 
-        Of these inputs it may have any; a trial connects them by their names:
-        ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
-        robot, ``human_states`` such rows of the people, ``query_object`` the
-        geometry of the scene. Its outputs become those of the trial.
-
-        Args:
-            task: What it is to know of the world.
+        All inputs are optional; a trial connects them by name: ``robot_state``
+        takes the row (x, y, yaw, vx, vy, omega, radius) of the robot,
+        ``human_states`` such rows of the people, ``query_object`` the geometry
+        of the scene. Its outputs become outputs of the trial.
         """
 
     def AddToBuilder(
         self, builder: Any, task: SensingTask, *, name: str = ""
     ) -> Any:
-        """Adds the sensor to a builder, and returns it.
+        """Adds the sensor to a DiagramBuilder and returns it.
 
-        Args:
-            builder: A DiagramBuilder.
-            task: What it is to know of the world.
-            name: What the system is called; by default as the sensor, or its
-                type.
+        The name is by default that of the sensor, or its type.
 
         Raises:
-            TypeError: If `MakeSystem` makes something else than a System.
+            TypeError: If `MakeSystem` returns anything else than a System.
         """
-        # Reading a scenario does without Drake.
+        # Imported here, so that reading a scenario does not load Drake.
         from hunav_drake.systems.common.ports import CheckPorts
 
         system = self.MakeSystem(task)
@@ -108,7 +101,7 @@ class LidarConfig(LidarParameters, SensorConfig):
     """A lidar that scans a horizontal plane. See `Lidar`."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
-        """Makes a `Lidar`, for which walls are what its plane cuts."""
+        """Makes a `Lidar` with the obstacles in its plane."""
         from hunav_drake.systems.sensing.lidar import Lidar
 
         return Lidar(
@@ -124,10 +117,10 @@ class LidarConfig(LidarParameters, SensorConfig):
 @register_sensor("visible_people")
 @checked_dataclass(kw_only=True, config=CONFIG)
 class VisiblePeopleConfig(VisibleParameters, SensorConfig):
-    """Tells whom the robot can see. See `VisiblePeople`."""
+    """Detects the people in the robot's view: see `VisiblePeople`."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
-        """Makes a `VisiblePeople`, for which what is low hides nobody."""
+        """Makes a `VisiblePeople`; low obstacles do not occlude people."""
         from hunav_drake.systems.sensing.visible_people import VisiblePeople
 
         return VisiblePeople(
@@ -146,7 +139,7 @@ class CameraConfig(CameraParameters, SensorConfig):
         """Makes a diagram of the camera: see `MakeCamera`.
 
         Raises:
-            ValueError: If there is no geometry to see.
+            ValueError: If there is no geometry or no such mount.
         """
         from hunav_drake.systems.sensing.camera import MakeCamera
 
@@ -165,7 +158,7 @@ class CameraConfig(CameraParameters, SensorConfig):
 
 
 def name_sensors(sensors: list[SensorConfig]) -> list[str]:
-    """Returns the names of sensors: their own, or free ones by type."""
+    """Returns the names of sensors: the given ones, or free ones by type."""
     taken = {sensor.name for sensor in sensors if sensor.name}
     names = []
     for sensor in sensors:

@@ -1,4 +1,4 @@
-"""What sensors are parametrized by: where each is, and what it measures."""
+"""The parameters of sensors: mounts and measurements."""
 
 import math
 from typing import Annotated, Literal, Self
@@ -25,67 +25,63 @@ Pitch = Annotated[StrictFloat, within(-math.pi / 2, math.pi / 2, "rad")]
 Turn = Annotated[StrictFloat, within(0, 2 * math.pi, "rad", low_open=True)]
 Pixels = Annotated[Integer, Field(ge=16, le=4096)]
 
-# The highest plane, in meters, that cuts legs alone, of people of all gaits.
+# The highest plane, in meters, that cuts only legs, for all gaits.
 LEG_HEIGHT = 0.7
 
 
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class Mount:
-    """Where a sensor is."""
+    """Mount of a sensor."""
 
     name: Name = ""
-    """What it is called in the diagram; by default as its type, with a number
-    if that is taken."""
+    """Name of the sensor in the diagram; by default its type, with a number if
+    that is taken."""
 
     mount: Literal["robot", "world"] = "robot"
-    """What carries it: the robot, or the ground."""
+    """Mount of the sensor: the robot, or the ground ("world")."""
 
     pose: Pose = (0.0, 0.0, 0.0)
-    """Where it is on what carries it, and where it looks: (x, y, yaw), in
-    meters and radians."""
+    """Pose (x, y, yaw) of the sensor relative to its mount, in meters and
+    radians."""
 
 
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class LidarParameters(Mount):
-    """How a lidar scans a horizontal plane."""
+    """Parameters of a lidar that scans a horizontal plane."""
 
     height: Height = 0.3
-    """How high the plane is above the floor, in meters."""
+    """Height of the scanned plane above the floor, in meters."""
 
     num_rays: Annotated[Integer, Field(ge=1, le=100_000)] = 360
-    """How many distances a scan has. The rays go counter-clockwise, the same
-    step apart, and the middle of the field is straight ahead. A full turn
-    begins straight back."""
+    """Number of rays of a scan. They are evenly spaced and counterclockwise,
+    and the center of the field of view is straight ahead. A full turn begins
+    straight back."""
 
     field_of_view: Turn = 2 * math.pi
-    """How wide a scan is, in radians."""
+    """Horizontal field of view, in radians."""
 
     range_min: Annotated[StrictFloat, within(0, 1000, "m")] = 0.05
-    """The least distance, in meters. A ray that meets something nearer gives
-    this."""
+    """Minimum range, in meters. A ray with a nearer hit gives this."""
 
     range_max: Range = 10.0
-    """The largest distance, in meters. A ray that meets nothing gives this."""
+    """Maximum range, in meters. A ray without a hit gives this."""
 
     period: Period = 0.1
-    """The time between two scans, in seconds: a multiple of the step."""
+    """Time between two scans, in seconds; a multiple of the trial's time step.
+    """
 
     noise: Annotated[StrictFloat, within(0, 10, "m")] = 0.0
-    """The standard deviation of the distances, in meters; 0 for exact ones."""
+    """Standard deviation of the distances, in meters; 0 for exact ones."""
 
     people: Literal["legs", "discs"] = "legs"
-    """What people are taken for: two legs that walk as the figures do, or the
-    discs of the crowd."""
+    """Model of people: two walking legs, as the figures have, or the discs of
+    the crowd."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.range_max <= self.range_min:
-            raise _fault(
-                f"range_max must be above range_min ({self.range_min:g} m),"
-                f" got {self.range_max:g}"
-            )
+        _check_ranges(self.range_min, self.range_max)
         if self.people == "legs" and self.height > LEG_HEIGHT:
             raise _fault(
                 f"height must be at most {LEG_HEIGHT:g} m where it meets legs,"
@@ -113,58 +109,61 @@ class LidarParameters(Mount):
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class Sight:
-    """How far and how wide something sees people."""
+    """Range and field of view for the detection of people."""
 
     range_max: Range = 10.0
-    """How far it sees, in meters."""
+    """Range, in meters."""
 
     field_of_view: Turn = 2 * math.pi
-    """How wide it sees, in radians."""
+    """Horizontal field of view, in radians."""
 
     hidden_by_people: StrictBool = False
-    """Whether people hide those behind them; walls always do."""
+    """Whether people occlude people behind them; walls always do."""
 
 
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class VisibleParameters(Sight, Mount):
-    """How people are seen from where a sensor is."""
+    """Parameters of a detector of people."""
 
 
 @explain
 @checked_dataclass(kw_only=True, config=CONFIG)
 class CameraParameters(Mount):
-    """How a camera sees."""
+    """Parameters of a camera."""
 
     height: Height = 1.0
-    """How high it is above the floor, in meters."""
+    """Height of the camera above the floor, in meters."""
 
     pitch: Pitch = 0.0
-    """How far it looks down, in radians."""
+    """Downward pitch of the camera, in radians."""
 
     image_size: tuple[Pixels, Pixels] = (640, 480)
-    """The width and the height of its images, in pixels."""
+    """Width and height of images, in pixels."""
 
     field_of_view_y: Annotated[
         StrictFloat, within(0, 3.0, "rad", low_open=True)
     ] = math.pi / 4
-    """How much it sees from the lowest row to the highest, in radians."""
+    """Vertical field of view, in radians."""
 
     range_min: Range = 0.1
-    """The least depth, in meters. What is nearer gives 0."""
+    """Minimum depth, in meters. Nearer points give 0."""
 
     range_max: Range = 20.0
-    """The largest depth, in meters. What is farther gives infinity."""
+    """Maximum depth, in meters. Farther points give infinity."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.range_max <= self.range_min:
-            raise _fault(
-                f"range_max must be above range_min ({self.range_min:g} m),"
-                f" got {self.range_max:g}"
-            )
+        _check_ranges(self.range_min, self.range_max)
         return self
 
 
 def _fault(rule: str) -> PydanticCustomError:
     return PydanticCustomError("rule", "{rule}", {"rule": rule})
+
+
+def _check_ranges(low: float, high: float) -> None:
+    if high <= low:
+        raise _fault(
+            f"range_max must be above range_min ({low:g} m), got {high:g}"
+        )

@@ -1,4 +1,4 @@
-"""Tells whom a robot can see."""
+"""The LeafSystem that detects people in view."""
 
 import math
 
@@ -21,7 +21,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class VisiblePeople(LeafSystem):
-    """Leaves of all people those whom a robot sees.
+    """Detects the people in a robot's view.
 
     .. pydrake_system::
 
@@ -33,20 +33,20 @@ class VisiblePeople(LeafSystem):
         - visible_people
         - visible
 
-    Somebody is seen whose middle is within `range_max` and in the field of
-    view, and at least one of three lines to whom meets no wall: to the middle,
-    and to the points half a radius to its left and right. By option, the discs
-    of other people hide somebody as walls do.
+    A person is in view if the center is within `range_max` and in the field of
+    view, and at least one of three lines meets no wall: to the center, and to
+    the points half a radius to its left and right. Optionally, the discs of
+    other people occlude a person as walls do.
 
-    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of
-    the robot that looks; a detector on the ground does without it. Port
-    ``human_states`` takes n such rows of the people. Port ``visible`` gives
-    1 for each person who is seen, else 0. Port ``visible_people`` gives the
-    rows, in the order of ``human_states``; that of somebody unseen has the
-    coordinates `layout.OUTSIDE` (10^6 m, farther off than any place), is at
-    rest, with yaw and radius 0. All in W, in SI units.
+    Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
+    robot; a detector on the ground does not need it. Port ``human_states``
+    takes n such rows of the people. Port ``visible`` gives 1 for each person in
+    view, else 0. Port ``visible_people`` gives the rows in the order of
+    ``human_states``; the row of a person out of view has the coordinates
+    `layout.OUTSIDE` (10^6 m, beyond any world), zero velocity, yaw 0 and radius
+    0. All in W, in SI units.
 
-    There is no state: the outputs follow from the inputs at once.
+    It has no state: the outputs are functions of the inputs.
     """
 
     def __init__(
@@ -58,11 +58,7 @@ class VisiblePeople(LeafSystem):
     ) -> None:
         """Constructs a VisiblePeople.
 
-        Args:
-            config: How far and how wide it sees.
-            obstacles: What hides people, such as the walls; nothing by
-                default.
-            num_humans: How many people there are.
+        `obstacles` occlude people, such as walls; none by default.
 
         Raises:
             ValueError: If ``num_humans`` is negative.
@@ -94,7 +90,7 @@ class VisiblePeople(LeafSystem):
         )
 
     def get_robot_state_input_port(self) -> InputPort:
-        """Returns the port with the state of the robot that looks."""
+        """Returns the port with the state of the robot."""
         return self._robot_state
 
     def get_human_states_input_port(self) -> InputPort:
@@ -102,11 +98,11 @@ class VisiblePeople(LeafSystem):
         return self._human_states
 
     def get_visible_people_output_port(self) -> OutputPort:
-        """Returns the port with the states of those who are seen."""
+        """Returns the port with the states of the people in view."""
         return self._visible_people
 
     def get_visible_output_port(self) -> OutputPort:
-        """Returns the port that tells who is seen."""
+        """Returns the port with 1 for each person in view, else 0."""
         return self._visible
 
     def _Look(self, context: Context) -> Mask:

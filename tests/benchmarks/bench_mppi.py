@@ -9,7 +9,7 @@ import numpy as np
 
 from hunav_drake.systems.planning import PlanningTask, View
 from hunav_drake.systems.planning.mppi import MppiMemory, MppiPlanner
-from hunav_drake.systems.planning.mppi.mppi import CriticWeights, optimize
+from hunav_drake.systems.planning.mppi.mppi import CriticWeights
 from hunav_drake.systems.planning.navigation.memory import LocalPlan, Sight
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -47,9 +47,8 @@ def cycle_times(planner: MppiPlanner, humans: np.ndarray) -> np.ndarray:
     memory, times = MppiMemory(), []
     for _ in range(CYCLES):
         started = time.process_time()
-        control = optimize(
-            *(planner, task, view, LocalPlan(plan, GOAL, False)),
-            *(costmap, memory),
+        control = planner.control(
+            *(task, view, LocalPlan(plan, GOAL, False)), *(costmap, memory)
         )
         times.append(time.process_time() - started)
         memory = control.memory if not control.fault else memory

@@ -48,7 +48,9 @@ def test_a_goal_that_no_way_leads_to(name):
         # It knows no ways, and stops at the wall.
         assert 1.0 < x < 2 - 0.35
         return
-    assert "there is no way from (0.00, 0.00) to the goal" in result.end_message
+    assert (
+        "there is no path from (0.00, 0.00) to the goal" in result.end_message
+    )
     assert x == 0.0
 
 

@@ -105,7 +105,7 @@ def test_a_trial_tells_why_its_planner_gave_up():
     result = RunTrial(scenario)
     assert result.end_reason == "stuck"
     assert result.end_message.startswith(
-        "the robot no longer gets anywhere; the planner: there is no way"
+        "the robot no longer gets anywhere; the planner: there is no path"
     )
 
 

@@ -1,4 +1,4 @@
-"""The metrics, a file per family. Importing this registers them all."""
+"""The metrics, one file per family. Importing this registers them all."""
 
 from hunav_drake.systems.evaluation.metric import (
     METRICS,

@@ -1,7 +1,7 @@
-"""How close the robot came to walls.
+"""Clearance of the robot to walls.
 
-The distance is the gap between the surface of the robot's disc and the
-nearest wall: 0 where they overlap, also inside of a solid.
+Clearance is the gap between the surface of the robot's disc and the nearest
+wall: 0 where they overlap, and inside a solid.
 """
 
 from functools import partial
@@ -23,8 +23,8 @@ _metric = partial(register_metric, family="clearance")
 def min_clearance(recording: Recording) -> float:
     """The smallest gap to a wall, min_k c_k; NaN without walls.
 
-    It is 0 where the robot's disc overlaps a wall, or its center is inside of
-    a solid.
+    It is 0 where the robot's disc overlaps a wall, or its center is inside a
+    solid.
     """
     return float(np.fmin.reduce(recording.path_features.wall_gap))
 
@@ -33,7 +33,7 @@ def min_clearance(recording: Recording) -> float:
 def avg_clearance(recording: Recording) -> Array:
     """The mean over the samples of the gap to the nearest wall, mean_k c_k.
 
-    The gap is 0 where they overlap, also inside of a solid. NaN without walls.
+    The gap is 0 where they overlap, and inside a solid. NaN without walls.
     Series: that gap.
     """
     return recording.path_features.wall_gap
@@ -41,10 +41,10 @@ def avg_clearance(recording: Recording) -> Array:
 
 @_metric(unit="-", direction="lower", source=SEAN)
 def static_obstacle_collisions(recording: Recording) -> tuple[float, Array]:
-    """How many contacts with walls began.
+    """The number of contacts with walls.
 
     A contact begins where the gap c_k to the nearest wall falls below 0.02 m,
-    or is below at the start. NaN if the walls are not known. Series: 1 while
+    or is below it at the start. NaN if the walls are not known. Series: 1 while
     in contact, else 0.
     """
     gap = recording.path_features.wall_gap

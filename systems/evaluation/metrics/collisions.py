@@ -1,4 +1,4 @@
-"""Contacts of the robot with people, charged to who closed in."""
+"""Contacts of the robot with people, attributed to the one who approached."""
 
 from functools import partial
 
@@ -10,17 +10,17 @@ from hunav_drake.systems.evaluation.metric import register_metric
 from hunav_drake.systems.evaluation.metrics.goal import SEAN
 from hunav_drake.systems.evaluation.recording import Recording
 
-# Speeds of approach that differ by less are equal, in m/s.
+# Approach speeds that differ by less are equal, in m/s.
 SPEED_RESOLUTION = 1e-6
 
 
 def charged(recording: Recording, *, to_robot: bool) -> Mask:
-    """Tells where a contact begins that is charged to robot or person.
+    """Returns where a contact begins that is attributed to robot or person.
 
-    With n the unit vector from robot to person, the robot closes in at
-    a = v_r . n and the person at b = -v_i . n. The faster one is charged; both,
-    if they are equally fast and do close in. Who stand on one another have no
-    n, and neither is charged.
+    With n the unit vector from robot to person, the robot approaches at a = v_r
+    . n and the person at b = -v_i . n. The contact is attributed to the faster
+    one, or to both if they approach equally fast. With coincident centers there
+    is no n, and no attribution.
     """
     begins = recording.features.contact_begins
     sample, person = np.nonzero(begins)
@@ -41,7 +41,7 @@ def charged(recording: Recording, *, to_robot: bool) -> Mask:
 def _collisions(recording: Recording, *, to_robot: bool) -> tuple[float, Array]:
     events = charged(recording, to_robot=to_robot)
     features = recording.features
-    # While a contact lasts, it belongs to whom its beginning is charged to.
+    # A contact keeps the attribution of its beginning.
     samples = np.arange(len(recording))[:, None]
     began = np.maximum.accumulate(
         np.where(features.contact_begins, samples, 0), axis=0
@@ -62,13 +62,13 @@ for _alias, _who, _to_robot in (
         source=SEAN,
         aliases=[_alias],
         definition=f"""
-            How many contacts with people are charged to the {_who}.
+            The number of contacts with people attributed to the {_who}.
 
-            A contact begins where the gap to a person falls below 0.02 m, or
-            is below at the start. With n the unit vector from robot to
-            person, a = v_r . n and b = -v_i . n at that sample, the robot is
-            charged if a > b, the person if b > a, and both if they are equal
-            within 1e-6 m/s and positive. Series: 1 while such a contact
+            A contact begins where the gap to a person falls below 0.02 m, or is
+            below it at the start. With n the unit vector from robot to person,
+            a = v_r . n and b = -v_i . n at that sample, it is attributed to the
+            robot if a > b, to the person if b > a, and to both if they are
+            equal within 1e-6 m/s and positive. Series: 1 while such a contact
             lasts, else 0.
             """,
     )(partial(_collisions, to_robot=_to_robot))

@@ -1,8 +1,8 @@
-"""How the robot's path differs from a reference, and how entangled it is.
+"""The deviation of the robot's path from a reference, and entanglement.
 
-The path to compare with is `Recording.reference_path`: that of a robot which
-a person drives, say, or of the same robot without people. Compiled code is
-loaded where it is used, so that metrics can be listed without it.
+The reference is `Recording.reference_path`: for example that of a robot which a
+person drives, or of the same robot without people. Compiled code is loaded
+where it is used, so that metrics can be listed without it.
 """
 
 from functools import partial
@@ -21,11 +21,10 @@ _metric = partial(register_metric, family="comparison")
 
 
 def displacement(times: Array, positions: Array, reference: Array) -> Array:
-    """Returns how far apart two moving points are at the times of the first.
+    """Returns the distances of two moving points at the times of the first.
 
-    The clocks of both start at 0 with their first row. After its last row the
-    reference, rows (time, x, y), stays where it is; between two it moves
-    straight.
+    The clocks of both start at 0 with their first row. The reference, rows
+    (time, x, y), moves straight between its rows and stays at the last one.
     """
     t = times - times[0]
     clock = reference[:, 0] - reference[0, 0]
@@ -38,9 +37,8 @@ def displacement(times: Array, positions: Array, reference: Array) -> Array:
 def warped_distance(first: Array, second: Array) -> float:
     """Returns the asymmetric dynamic time warping distance of two paths.
 
-    It is the least mean distance of the points of the shorter path (the first,
-    if they are equal) to segments of the other that follow each other as the
-    points do.
+    It is the minimum mean distance of the points of the shorter path (the
+    first, if they are equal) from segments of the other, matched in order.
     """
     from hunav_drake.systems.evaluation import curves
 
@@ -58,11 +56,11 @@ def warped_distance(first: Array, second: Array) -> float:
     reduce=reduce.mean,
 )
 def avg_displacement_error(recording: Recording) -> Array:
-    """ADE: the mean distance to where the reference is at the same time.
+    """ADE: the mean distance from the reference at the same time.
 
-    mean_k |p_k - q(t_k - t_0)|, where q is the reference path on a clock
-    that starts with it, straight between its rows, at rest after them.
-    NaN without a reference. Series: that distance.
+    mean_k |p_k - q(t_k - t_0)|, where q is the reference path, timed from its
+    start, straight between its rows, at rest after them. NaN without a
+    reference. Series: that distance.
     """
     if recording.reference_path is None:
         return np.full(len(recording), np.nan)
@@ -73,25 +71,23 @@ def avg_displacement_error(recording: Recording) -> Array:
 
 @_metric(unit="m", direction="lower", source=GAO_HUANG, aliases=["fde"])
 def final_displacement_error(recording: Recording) -> float:
-    """FDE: the distance to where the reference is in the end.
+    """FDE: the final distance from the reference.
 
-    |p_N - q(t_N - t_0)|, where q is the reference path on a clock that
-    starts with it, straight between its rows, at rest after them. NaN
-    without a reference.
+    |p_N - q(t_N - t_0)|, where q is the reference path, timed from its start,
+    straight between its rows, at rest after them. NaN without a reference.
     """
     return reduce.last(avg_displacement_error(recording))
 
 
 @_metric(unit="m", direction="lower", source=GAO_HUANG, aliases=["adtw"])
 def asymmetric_dtw(recording: Recording) -> float:
-    """The distance of two paths whatever the speeds along them.
+    """The distance from the reference path, independent of speeds.
 
-    Each point of the path that is shorter, in meters (of the robot's, if they
-    are equal), is matched to a segment of the other, in the order of both, so
-    that the mean of the distances between them is least; the distance is that
-    mean. With j the points and i the segments, the sum is the last
-    C(i, j) = min(C(i - 1, j), C(i, j - 1) + dist(segment_i, point_j)). NaN
-    without a reference.
+    Each point of the path that is shorter in meters (the robot's, if they are
+    equal) is matched to a segment of the other, in the order of both, so that
+    the mean of their distances is minimal; the metric is that mean. With j the
+    points and i the segments, the sum is the last C(i, j) = min(C(i - 1, j),
+    C(i, j - 1) + dist(segment_i, point_j)). NaN without a reference.
     """
     if recording.reference_path is None:
         return np.nan
@@ -102,13 +98,12 @@ def asymmetric_dtw(recording: Recording) -> float:
 
 @_metric(unit="-", source=f"Mavrogiannis et al. 2018; {GAO_HUANG}")
 def topological_complexity(recording: Recording) -> float:
-    """How entangled the paths of robot and people are: sum_{i<j} |w_ij|.
+    """The entanglement of the paths of robot and people: sum_{i<j} |w_ij|.
 
-    By winding, which stands for the entropy of the paths as a braid: w_ij is
-    the winding number of a pair of the n + 1 bodies, the total change of the
-    bearing from i to j, divided by 2 pi, between samples at which both are
-    there. Two who pass each other on straight lines, from far to far,
-    have 1/2; 0 without people.
+    Winding replaces the entropy of the paths as a braid: w_ij is the winding
+    number of a pair of the n + 1 bodies, the total change of the bearing from i
+    to j, divided by 2 pi, between samples at which both are present. Two bodies
+    that pass each other on long straight lines have 1/2. 0 without people.
     """
     from hunav_drake.systems.evaluation import curves
 

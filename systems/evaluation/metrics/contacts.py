@@ -1,8 +1,8 @@
-"""What robot and people do to each other where they touch.
+"""Physical contacts between robot and people.
 
-These are contacts of bodies, as what moves the robot tells them at every step
-(see `layout.Contact`); those of the family "collisions" are counted from the
-samples, with the discs that people and robots keep free.
+These are contacts of bodies, reported at every step by the system that moves
+the robot (see `layout.Contact`). Those of the family "collisions" are counted
+from the samples, with the discs that people and robots keep free.
 """
 
 from functools import partial
@@ -33,7 +33,7 @@ def _nothing(recording: Recording) -> tuple[float, Array]:
 def max_contact_force(recording: Recording) -> tuple[float, Array]:
     """The largest horizontal force between the robot and a person.
 
-    The maximum over all steps of the simulation, not only the samples, of the
+    It is the maximum over all simulation steps, not only the samples, of the
     mean force in a step; 0 without contact, NaN where forces are not computed,
     as for kinematic robots. Series: the largest force on a person in the step
     before each sample.
@@ -42,8 +42,8 @@ def max_contact_force(recording: Recording) -> tuple[float, Array]:
     if contacts is None:
         return _nothing(recording)
     impulse = contacts[..., Contact.IMPULSE]
-    # Not those of a contact that was over when the recording began, where its
-    # peaks are those of single contacts.
+    # Without contacts that ended before the recording began, where peaks are
+    # those of single contacts.
     counts = (impulse > impulse[0]) | (contacts[0, :, Contact.LASTS] > 0)
     peaks = contacts[..., Contact.PEAK_FORCE][counts]
     now = np.hypot(
@@ -56,8 +56,8 @@ def max_contact_force(recording: Recording) -> tuple[float, Array]:
 def contact_impulse(recording: Recording) -> tuple[float, Array]:
     """The impulse of all contacts with people: the sum of int |F_i| dt.
 
-    The integral is over all steps of the simulation; 0 without contact, NaN
-    where forces are not computed. Series: that up to each sample.
+    The integral is over all simulation steps; 0 without contact, NaN where
+    forces are not computed. Series: the impulse up to each sample.
     """
     contacts = _forces(recording)
     if contacts is None:
@@ -77,12 +77,12 @@ def _begun(recording: Recording, column: Contact) -> tuple[float, Array]:
 
 @_metric(unit="-", source=HUNAV_DRAKE)
 def contacts_with_walls(recording: Recording) -> tuple[float, Array]:
-    """How often the robot ran into walls.
+    """The number of times that the robot ran into walls.
 
     A contact begins where a wall stops the robot's disc, or would if walls
-    stopped it, and is over once it has not, and has been 0.02 m away, for 0.25
-    s. NaN where nothing tells of contacts with walls. Series: how many have
-    begun by each sample.
+    stopped it. It ends when the wall has not done so, and has been 0.02 m away,
+    for 0.25 s. NaN where contacts with walls are not recorded. Series: the
+    number of contacts begun by each sample.
     """
     if recording.wall_contact is None:
         return _nothing(recording)
@@ -102,14 +102,13 @@ for _who, _other, _column in (
         direction="lower",
         source=SEAN,
         definition=f"""
-            How often the {_who} ran into the {_other}: contacts of bodies.
+            The number of times that the {_who} ran into the {_other}.
 
             A contact begins where the bodies touch, or would if they were not
-            kept apart, and is over once they have not for 0.25 s. With n the
-            unit vector from robot to person, the robot closes in at a = v_r . n
-            and the person at b = -v_i . n, just before, or at 0 who goes away;
-            the faster one is charged, and both if they are equal within 1e-6
-            m/s. NaN where nothing tells of contacts.
-            Series: how many have begun by each sample.
-            """,
+            kept apart, and ends when they have not touched for 0.25 s. With n
+            the unit vector from robot to person, just before it the robot
+            approaches at a = max(v_r . n, 0) and the person at b = max(-v_i .
+            n, 0). It is attributed to the faster one, and to both if they are
+            equal within 1e-6 m/s. NaN where contacts are not recorded. Series:
+            the number of contacts begun by each sample. """,
     )(partial(_begun, column=_column))

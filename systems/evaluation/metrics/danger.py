@@ -1,7 +1,7 @@
-"""How threatening the robot's motion was to people.
+"""The danger of the robot's motion to people.
 
 P is the vector from the robot's center to a person's, V = v_r - v_i the
-velocity of the robot as the person sees it, R the sum of their radii.
+velocity of the robot relative to the person, R the sum of their radii.
 """
 
 import numpy as np
@@ -13,8 +13,8 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 SINGAMANENI = "Singamaneni, Favier & Alami 2023"
 
-# Centers are taken to be at least so far apart, in meters, where a cost
-# would grow without bounds.
+# The minimum distance of centers in costs, in meters, which would otherwise be
+# unbounded.
 LEAST_DISTANCE = 0.05
 
 # The same for the sine of an angle.
@@ -32,11 +32,11 @@ _sum_and_rate = register_sum_and_rate(
     source="SocNavBench, Biswas et al. 2022; Francis et al. 2025",
 )
 def min_time_to_collision(recording: Recording) -> tuple[float, Array]:
-    """The shortest time to a collision, if both had gone straight on.
+    """The shortest time to a collision at constant velocities.
 
-    min_{k,i} of the first t >= 0 with |P - V t| = R; 0 where they overlap.
-    NaN if no one ever was on a collision course. Series: the minimum over
-    people, NaN where there is none.
+    min_{k,i} of the first t >= 0 with |P - V t| = R; 0 where they overlap. NaN
+    if nobody was ever on a collision course. Series: the minimum over people,
+    NaN where there is none.
     """
     times = recording.encounters.time_to_collision
     finite = np.where(np.isinf(times), np.nan, times)
@@ -46,11 +46,10 @@ def min_time_to_collision(recording: Recording) -> tuple[float, Array]:
 
 @_sum_and_rate
 def danger_fear_cost(recording: Recording) -> Array:
-    """The fear of a robot that draws near: sum_{k,i} |V| / |P|.
+    """The fear of an approaching robot: sum_{k,i} |V| / |P|.
 
-    Only where P . V > 0. It is the inverse of a naive time to collision;
-    |P| is taken to be at least 0.05 m. 0 without people. Series: the sum over
-    people.
+    Only where P . V > 0. It is the inverse of a simple time to collision; |P|
+    is at least 0.05 m. 0 without people. Series: the sum over people.
     """
     pairs = recording.encounters
     distance = np.maximum(pairs.distance, LEAST_DISTANCE)
@@ -62,11 +61,11 @@ def danger_fear_cost(recording: Recording) -> Array:
 def danger_panic_cost(recording: Recording) -> Array:
     """The panic at a robot that passes closely.
 
-    sum_{k,i} |V| / ((d - R) |sin a|), where a is the angle between P and V
-    and d = |P| |sin a| the distance at which the centers pass. Only where
-    P . V > 0, for who recedes has passed, and d > R: who is on a collision
-    course is counted by the fear. d - R is taken to be at least 0.05 m, and
-    |sin a| 1e-9. 0 without people. Series: the sum over people.
+    sum_{k,i} |V| / ((d - R) |sin a|), where a is the angle between P and V and
+    d = |P| |sin a| the distance at which the centers pass. Only where P . V >
+    0, because receding people have been passed, and d > R, because the fear
+    cost counts collision courses. d - R is at least 0.05 m, and |sin a| at
+    least 1e-9. 0 without people. Series: the sum over people.
     """
     pairs = recording.encounters
     passing = pairs.passing_distance

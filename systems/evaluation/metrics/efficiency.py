@@ -1,4 +1,4 @@
-"""How direct the robot's path was, and how steadily it moved."""
+"""The directness of the robot's path and the steadiness of its motion."""
 
 from functools import partial
 
@@ -20,10 +20,10 @@ _metric = partial(register_metric, family="efficiency")
 GAO_HUANG = "Gao & Huang 2022"
 FRANCIS = "Francis et al. 2025"
 
-# For a shorter way nobody has to turn, in meters.
+# A shorter path needs no turn, in meters.
 _SHORT = 0.01
 
-# A path that is shorter is rounding, in meters.
+# A shorter path is rounding, in meters.
 _STILL = 1e-9
 
 
@@ -33,14 +33,14 @@ _STILL = 1e-9
     source=f"SEAN 2.0, Tsoi et al. 2022; {GAO_HUANG}",
 )
 def path_irregularity(recording: Recording) -> float:
-    """How much more than needed the robot turned, for its path's length.
+    """The robot's unnecessary rotation per length of its path.
 
-    max(0, sum |wrap(yaw_{k+1} - yaw_k)| - A) / L, where L is the length of
-    the path and A the least rotation of a robot that drives forward: from the
-    first heading into the shortest way to the last position, L* of
-    `path_efficiency`, along it, and from there to the last heading. Along a
-    way of less than 1 cm it needs none. NaN if the robot never moved (1e-9 m),
-    and where there is no L*.
+    max(0, sum |wrap(yaw_{k+1} - yaw_k)| - A) / L, where L is the length of the
+    path and A the minimum rotation of a robot that drives forward: from the
+    first heading to the shortest path to the last position (of length L* in
+    `path_efficiency`), along it, and from there to the last heading. A path of
+    less than 1 cm needs none. NaN if the robot never moved (1e-9 m), and where
+    there is no L*.
     """
     path = recording.path_features
     if path.length < _STILL or not path.shortest_to_end:
@@ -52,7 +52,7 @@ def path_irregularity(recording: Recording) -> float:
 
 
 def _rotation(first: float, way: Way, last: float) -> float:
-    """Returns by what a robot turns from heading to heading along a way."""
+    """Returns the rotation from heading to heading along a path."""
     if way.length < _SHORT:
         return abs(wrap_angle(last - first))
     into = abs(wrap_angle(way.first_heading - first))
@@ -62,16 +62,15 @@ def _rotation(first: float, way: Way, last: float) -> float:
 
 @_metric(unit="-", direction="higher", source=GAO_HUANG)
 def path_efficiency(recording: Recording) -> float:
-    """How direct the robot's path was, L* / max(L, L*), in [0, 1].
+    """The directness of the robot's path, L* / max(L, L*), in [0, 1].
 
-    L is the length of the path, and L* that of the shortest way from its
-    first to its last position: a string pulled taut around the walls made
-    wider by the robot's radius (0.05 m at least), straight, and in arcs of
-    that radius around corners. Where the robot overlaps a wall at the start,
-    the way leaves it on a straight leg, and so it draws near to one at the
-    end. NaN if the robot never moved, if walls leave no way, as where its
-    center is inside of a solid at the start or the end, or if they are not
-    known.
+    L is the length of the path, and L* that of the shortest path from its first
+    to its last position: a taut string around the walls inflated by the robot's
+    radius (0.05 m at least), of straight legs and arcs of that radius around
+    corners. Where the robot overlaps a wall at the start, the path leaves it on
+    a straight leg; likewise at the end. NaN if the robot never moved, if walls
+    leave no path, as where its center is inside a solid at the start or the
+    end, or if they are not known.
     """
     path = recording.path_features
     if not path.length or not path.shortest_to_end:
@@ -87,12 +86,12 @@ def path_efficiency(recording: Recording) -> float:
     aliases=["spl"],
 )
 def success_weighted_path_length(recording: Recording) -> float:
-    """SPL: how direct a way to the goal was, S L* / max(L, L*), in [0, 1].
+    """SPL: success weighted by path length, S L* / max(L, L*), in [0, 1].
 
-    S is `completed`, L the length of the path, and L* that of the shortest
-    way from the first position to the goal, as in `path_efficiency`. 1 for a
-    robot that starts and stays at the goal; NaN without a goal, and where
-    there is no L*.
+    S is `completed`, L the length of the path, and L* that of the shortest path
+    from the first position to the goal, as in `path_efficiency`. 1 for a robot
+    that starts and stays at the goal; NaN without a goal, and where there is no
+    L*.
     """
     path = recording.path_features
     if not path.shortest_to_goal:
@@ -111,14 +110,13 @@ def success_weighted_path_length(recording: Recording) -> float:
     aliases=["stl"],
 )
 def success_weighted_time_length(recording: Recording) -> float:
-    """STL: how soon a robot was at the goal, S T* / max(T, T*), in [0, 1].
+    """STL: success weighted by time, S T* / max(T, T*), in [0, 1].
 
-    S is `completed`, T is `time_to_reach_goal`, and T* = L* / v the time in
-    which it would be there if it went the shortest way of
-    `success_weighted_path_length` at its largest speed v; in the challenge it
-    is that of an oracle that runs beside. 1 for a robot that starts and stays
-    at the goal; NaN without a goal, where there is no L*, and if v is not
-    known.
+    S is `completed`, T is `time_to_reach_goal`, and T* = L* / v the time for
+    the shortest path of `success_weighted_path_length` at the robot's maximum
+    speed v; in the challenge, T* is the time of an oracle. 1 for a robot that
+    starts and stays at the goal; NaN without a goal, where there is no L*, and
+    if v is not known.
     """
     path = recording.path_features
     speed = recording.robot_max_speed
@@ -133,11 +131,11 @@ def success_weighted_time_length(recording: Recording) -> float:
 
 @_metric(unit="s", direction="lower", source=FRANCIS, reduce=reduce.total)
 def stalled_time(recording: Recording) -> Array:
-    """The total time in which the robot got nowhere, short of the goal.
+    """The total time without progress away from the goal.
 
-    That is of the intervals with |p_{k+1} - p_k| / dt < 0.01 m/s that do not
-    begin at the goal; turning on the spot is getting nowhere. Series: the
-    time stalled since the sample before.
+    It sums the intervals with |p_{k+1} - p_k| / dt < 0.01 m/s that do not begin
+    at the goal; turning in place counts as stalled. Series: the time stalled
+    since the previous sample.
     """
     features = recording.features
     stalled = features.step_lengths < STILL_SPEED * features.intervals

@@ -1,9 +1,9 @@
 """The forces of the social force model between robot, people and walls.
 
-They are measured with the constants that HuNavSim's metrics use, not with
-those of the people simulated: k_s = 2.1, lambda = 2, gamma = 0.35, n = 2,
-n' = 3, no epsilon, k_o = 10, sigma_o = 0.2. A sum over samples grows with
-their number, so each has a companion that does not: its rate.
+They use the constants of HuNavSim's metrics, not those of the simulated people:
+k_s = 2.1, lambda = 2, gamma = 0.35, n = 2, n' = 3, no epsilon, k_o = 10,
+sigma_o = 0.2. A sum over samples grows with their number, so each has a
+companion that does not: its rate.
 """
 
 from hunav_drake.systems.common.arrays import Array
@@ -44,10 +44,10 @@ def social_force_on_robot(recording: Recording) -> Array:
 def obstacle_force_on_agents(recording: Recording) -> Array:
     """The forces of the walls on people: sum_k mean_i |f_k^{o->i}|.
 
-    The forces of all walls on one person add up as vectors. Who is inside of a
+    The forces of all walls on one person add up as vectors. A person inside a
     solid is pushed away from the nearest point of its outline, farther in. The
-    mean is over the people present; NaN without people, or if the walls are
-    not known. Series: that mean.
+    mean is over the people present; NaN without people, or if the walls are not
+    known. Series: that mean.
     """
     return mean_of_present(recording.features.obstacle_force_on_humans)
 
@@ -56,7 +56,7 @@ def obstacle_force_on_agents(recording: Recording) -> Array:
 def obstacle_force_on_robot(recording: Recording) -> Array:
     """The force of the walls on the robot: sum_k |f_k^{o->r}|.
 
-    The forces of all walls add up as vectors. Inside of a solid, the robot is
+    The forces of all walls add up as vectors. Inside a solid, the robot is
     pushed away from the nearest point of its outline, farther in. NaN if the
     walls are not known. Series: the force.
     """
@@ -65,11 +65,11 @@ def obstacle_force_on_robot(recording: Recording) -> Array:
 
 @_sum_and_rate
 def social_work(recording: Recording) -> Array:
-    """The work that the robot makes for itself and for people.
+    """The social work of the robot on itself and on people.
 
     The sum of the social force on the robot, the obstacle force on the robot,
-    and the social force on the people. NaN if the walls are not known.
-    Series: the same sum at each sample.
+    and the social forces on people. NaN if the walls are not known. Series:
+    that sum at each sample.
     """
     return (
         social_force_on_robot(recording)

@@ -19,9 +19,8 @@ SEAN = "SEAN 2.0, Tsoi et al. 2022"
 def time_to_reach_goal(recording: Recording) -> float:
     """The time from the start to the first sample at the goal.
 
-    At the goal is closer than the goal tolerance, and turned from the goal's
-    heading by the yaw tolerance at most. NaN if the robot never is, or has no
-    goal.
+    At the goal means closer than the goal tolerance, with a heading error of at
+    most the yaw tolerance. NaN if the robot never is, or has no goal.
     """
     at_goal = recording.features.at_goal
     if not at_goal.any():
@@ -31,10 +30,10 @@ def time_to_reach_goal(recording: Recording) -> float:
 
 @_metric(unit="-", direction="higher", source=SEAN)
 def completed(recording: Recording) -> float:
-    """1 if the robot is at the goal in the last sample, or else 0.
+    """1 if the robot is at the goal in the last sample, else 0.
 
-    At the goal is closer than the goal tolerance, |p_N - g| < r_g, and turned
-    from the goal's heading by the yaw tolerance at most. NaN without a goal.
+    At the goal means closer than the goal tolerance, |p_N - g| < r_g, with a
+    heading error of at most the yaw tolerance. NaN without a goal.
     """
     if recording.goal is None:
         return np.nan
@@ -48,7 +47,7 @@ def completed(recording: Recording) -> float:
     aliases=["minimum_distance_to_target"],
 )
 def min_dist_to_target(recording: Recording) -> float:
-    """How close to the goal the robot came, min_k |p_k - g|.
+    """The minimum distance from the goal, min_k |p_k - g|.
 
     NaN without a goal.
     """
@@ -63,8 +62,8 @@ def min_dist_to_target(recording: Recording) -> float:
     reduce=reduce.last,
 )
 def final_dist_to_target(recording: Recording) -> Array:
-    """How far from the goal the robot ended, |p_N - g|.
+    """The final distance from the goal, |p_N - g|.
 
-    NaN without a goal. Series: the distance to the goal.
+    NaN without a goal. Series: the distance from the goal.
     """
     return recording.features.goal_distance

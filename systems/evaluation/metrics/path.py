@@ -15,13 +15,13 @@ PEREZ_2018 = "Perez-Higueras et al. 2018"
 
 
 def since_previous(changes: Array, first: float = 0.0) -> Array:
-    """Returns what the N intervals add, at the sample that ends each."""
+    """Returns the changes of the N intervals, each at the sample at its end."""
     return np.concatenate([[first], changes])
 
 
 @_metric(unit="s", source="hunav_drake")
 def duration(recording: Recording) -> float:
-    """The length of the recording, t_N - t_0, whether the goal is reached."""
+    """The length of the recording, t_N - t_0, with or without a goal."""
     return float(recording.times[-1] - recording.times[0])
 
 
@@ -29,7 +29,7 @@ def duration(recording: Recording) -> float:
 def path_length(recording: Recording) -> Array:
     """The length of the robot's path, sum |p_{k+1} - p_k|.
 
-    Series: the way since the sample before.
+    Series: the distance since the previous sample.
     """
     return since_previous(recording.features.step_lengths)
 
@@ -38,6 +38,6 @@ def path_length(recording: Recording) -> Array:
 def cumulative_heading_changes(recording: Recording) -> Array:
     """The total rotation of the robot, sum |wrap(yaw_{k+1} - yaw_k)|.
 
-    Series: the turn since the sample before.
+    Series: the turn since the previous sample.
     """
     return since_previous(recording.features.heading_changes)

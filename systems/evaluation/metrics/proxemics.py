@@ -1,4 +1,4 @@
-"""How close the robot came to people and groups.
+"""Distances of the robot from people and groups.
 
 Distances are gaps: between the surfaces of the discs of robot and person, 0
 where they overlap.
@@ -17,11 +17,11 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 _metric = partial(register_metric, family="proxemics")
 
-# The outer bounds of the intimate, personal and social space around a person,
-# in meters: Hall, "The Hidden Dimension", 1969.
+# The outer radii of the intimate, personal and social space around a person, in
+# meters: Hall, "The Hidden Dimension", 1969.
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
 
-# The gap that a robot should leave to people, in meters.
+# The gap that a robot should keep from people, in meters.
 COMPLIANT_GAP = 0.5
 
 
@@ -65,9 +65,9 @@ def max_dist_to_people(recording: Recording) -> float:
 
 @_metric(unit="%", direction="higher", source="Francis et al. 2025")
 def space_compliance(recording: Recording) -> tuple[float, Array]:
-    """The share of the samples at which nobody is closer than 0.5 m.
+    """The percentage of samples at which nobody is closer than 0.5 m.
 
-    Of those at which anyone is present, the samples with min_i gap_k^i at
+    Among the samples at which anyone is present, those with min_i gap_k^i of at
     least 0.5 m; NaN without people. Series: 1 at such a sample, else 0.
     """
     complies = within_band(
@@ -77,13 +77,13 @@ def space_compliance(recording: Recording) -> tuple[float, Array]:
 
 
 def within_band(gap: Array, low: float, high: float) -> Array:
-    """Returns 1 where low <= gap < high, else 0, and NaN where gap is."""
+    """Returns 1 where low <= gap < high, else 0, and NaN where gap is NaN."""
     inside = (gap >= low) & (gap < high)
     return np.where(np.isnan(gap), np.nan, inside.astype(float))
 
 
 def _gap(low: float, high: float) -> str:
-    """Returns what is shown of the band low <= gap < high, in meters."""
+    """Returns the text for low <= gap < high, in meters."""
     below = f" < {high} m" if math.isfinite(high) else ""
     return f"{low} m <= gap{below}" if low else f"gap{below}"
 
@@ -94,7 +94,7 @@ def _in_band(
     return within_band(getattr(recording.features, feature), low, high)
 
 
-# To whom the gap is, the feature that is this gap, and what it is.
+# The kind of the gap, its feature, and its definition.
 _PERSON = (
     "person",
     "closest_gap",

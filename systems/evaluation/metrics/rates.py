@@ -11,24 +11,23 @@ from hunav_drake.systems.evaluation.recording import Recording
 Series = Callable[[Recording], Array]
 
 _RATE = """
-    The time average of what {} sums up.
+    The time average of the series of {}.
 
-    integral s dt / integral dt, where the series s goes straight from
-    sample to sample: other than the sum, it does not grow with the
-    number of samples, and samples that are close in time count less.
-    Intervals at one end of which there is no value are left out. NaN if that
-    leaves none, as of a single sample.
+    integral s dt / integral dt, where the series s is linear between samples.
+    Unlike the sum, it does not grow with the number of samples, and samples
+    that are close in time count less. Intervals without a value at one end are
+    left out. NaN if there are no others, as for a single sample.
     """
 
 
 def register_sum_and_rate(
     *, unit: str, family: str, source: str
 ) -> Callable[[Series], Series]:
-    """Registers the sum of a series, and its time average: the rate.
+    """Registers the sum of a series and its time average, the rate.
 
-    Less of it is better, and both have one unit. The sum is called and defined
-    as the function that makes the series, shape (N + 1,); the rate is called
-    `<name>_rate`.
+    Lower is better, and both have the same unit. The sum has the name and the
+    docstring of the function that returns the series, shape (N + 1,); the rate
+    is called `<name>_rate`.
     """
     register = partial(
         register_metric, unit=unit, family=family, direction="lower"

@@ -1,4 +1,4 @@
-"""Reduces a series over the samples to one number; NaN is skipped."""
+"""Functions that reduce a series to one number; they skip NaN."""
 
 import numpy as np
 
@@ -6,16 +6,16 @@ from hunav_drake.systems.common.arrays import Array
 
 
 def mean(series: Array) -> float:
-    """Returns the mean, every sample counting the same."""
+    """Returns the mean over the samples."""
     values = series[~np.isnan(series)]
     return float(values.mean()) if values.size else np.nan
 
 
 def time_average(series: Array, times: Array) -> float:
-    """Returns the mean over time, straight from sample to sample.
+    """Returns the mean over time, linear between samples.
 
-    Intervals at one end of which there is no value are left out. NaN if that
-    leaves none, as of a single value, or of single ones: no time passes.
+    Intervals without a value at one end are left out. NaN if there are no
+    others.
     """
     middle = (series[1:] + series[:-1]) / 2
     known = ~np.isnan(middle)
@@ -37,9 +37,9 @@ def last(series: Array) -> float:
 
 
 def share(series: Array) -> float:
-    """Returns how many of the samples are 1, in percent of all samples.
+    """Returns the percentage of samples that are 1.
 
-    Samples without a value count among all; NaN if there are only such.
+    Samples without a value count in the total; NaN if there are no others.
     """
     if np.isnan(series).all():
         return np.nan

@@ -1,7 +1,7 @@
-"""How smooth the robot's path was, whatever the speed along it.
+"""The smoothness of the robot's path, independent of its speed.
 
-The definitions are those of Bench-MR. They are of the path alone: its
-direction is that of the robot's motion, not of its heading.
+The definitions are those of Bench-MR. They use the path alone: its direction is
+that of the robot's motion, not its heading.
 """
 
 from functools import partial
@@ -19,20 +19,21 @@ _metric = partial(register_metric, family="smoothness")
 
 BENCH_MR = "Bench-MR, Heiden et al. 2021"
 
-# The curvature is that of points at least so far apart, in meters; the sides
-# of their triangles are at least so long.
+# The minimum distance of points for the curvature, and the minimum side of
+# their triangles, in meters.
 _SPACING = 0.3
 _LEAST_SIDE = 1e-9
 
-# The most points of a path: of one of 300 km, they are farther apart.
+# The maximum number of points, enough for 300 km; beyond, they are farther
+# apart.
 _MOST = 1_000_000
 
-# A path that turns by more between two steps has a cusp there, in radians.
+# A path has a cusp where it turns by more between two steps, in radians.
 _CUSP = np.pi / 3
 
 
 def _curvature(recording: Recording) -> tuple[Array, Array]:
-    """Returns the curvature at points of the path, and how far each counts."""
+    """Returns the curvature at points of the path and their lengths."""
     points, turns = recording.path_features.turns
     cusps = (np.flatnonzero(turns > _CUSP) + 1).tolist()
     points = np.vstack([points, recording.robot[-1, : Y + 1]])
@@ -49,7 +50,7 @@ def _curvature(recording: Recording) -> tuple[Array, Array]:
         x, y = part[kept].T
         dx, dy = np.diff(x), np.diff(y)
         side = np.maximum(np.hypot(dx, dy), _LEAST_SIDE)
-        # (In a loop, a path may come back to where it was.)
+        # (A loop may return to the same point.)
         across = np.hypot(x[2:] - x[:-2], y[2:] - y[:-2])
         area = np.abs(dx[:-1] * dy[1:] - dy[:-1] * dx[1:]) / 2
         curvatures.append(
@@ -63,13 +64,13 @@ def _curvature(recording: Recording) -> tuple[Array, Array]:
 
 @_metric(unit="rad/m", direction="lower", source=BENCH_MR)
 def angle_over_length(recording: Recording) -> float:
-    """AOL: by what the path turns, for its length.
+    """AOL: the turn of the path per length.
 
-    sum |wrap(a_{k+1} - a_k)| / L, where a_k is the direction of the motion
-    from one point of the path to the next; a cusp is a turn by pi. The points
-    are the positions at least 5 cm from the one before, and L is the length
-    through them: so noise of millimeters is no turn. NaN if there are none but
-    the first.
+    sum |wrap(a_{k+1} - a_k)| / L, where a_k is the direction of motion from one
+    point of the path to the next; a cusp is a turn by pi. The points are the
+    positions at least 5 cm from the previous one, and L is the length through
+    them, so noise of millimeters is no turn. NaN if there is only the first
+    point.
     """
     points, turns = recording.path_features.turns
     if len(points) < 2:
@@ -79,27 +80,27 @@ def angle_over_length(recording: Recording) -> float:
 
 @_metric(unit="-", direction="lower", source=BENCH_MR)
 def cusps(recording: Recording) -> float:
-    """How often the path turns sharply, as where the robot reverses.
+    """The number of sharp turns of the path, as where the robot reverses.
 
-    The number of points at which it turns by more than 60 degrees, as
-    `angle_over_length` tells points and turns.
+    It counts the points at which the path turns by more than 60 degrees, with
+    the points and turns of `angle_over_length`.
     """
     return float(np.count_nonzero(recording.path_features.turns[1] > _CUSP))
 
 
 @_metric(unit="rad", direction="lower", source=BENCH_MR)
 def normalized_curvature(recording: Recording) -> float:
-    """The curvature of the path, summed up along it between its cusps.
+    """The curvature of the path, integrated along it between its cusps.
 
-    sum_k c_k l_k, which stands for the integral of the curvature over the
-    length: the angle by which the path turns. Cusps part the path of
-    `angle_over_length`, which goes on to the last position, and of each part
-    the points p_k are those nearest to even distances along it, of 0.3 m or a
-    little more. c_k = 4 A / (u v w) is the curvature of the circle through
-    p_{k-1}, p_k and p_{k+1}: they make a triangle of the area A and the sides
-    u, v, w. l_k is the length of the path from halfway to the point before to
-    halfway to the next, for the first c_k and the last up to the ends of the
-    part. A part of less than 0.6 m counts as straight.
+    sum_k c_k l_k, an approximation of the integral of the curvature over the
+    length: the angle by which the path turns. Cusps divide the path of
+    `angle_over_length`, extended to the last position, into parts. The points
+    p_k of a part are those nearest to even distances along it, of 0.3 m or
+    slightly more. c_k = 4 A / (u v w) is the curvature of the circle through
+    p_{k-1}, p_k and p_{k+1}, which form a triangle of area A with sides u, v,
+    w. l_k is the length of the path from halfway to the previous point to
+    halfway to the next one; the first and the last c_k extend to the ends of
+    the part. A part of less than 0.6 m counts as straight.
     """
     curvature, length = _curvature(recording)
     return float((curvature * length).sum())

@@ -1,4 +1,4 @@
-"""How fast robot and people moved, and how smoothly the robot did."""
+"""The speeds of robot and people, and the smoothness of the robot's speed."""
 
 from functools import partial
 
@@ -17,7 +17,7 @@ _metric = partial(register_metric, family="speeds")
 SOCNAVBENCH = "SocNavBench, Biswas et al. 2022"
 KATYAL = "Katyal et al. 2022"
 
-# A robot slower than both is not moving, in m/s and rad/s.
+# A robot below both is not moving, in m/s and rad/s.
 STILL_SPEED = 0.01
 STILL_TURN_RATE = 0.02
 
@@ -26,8 +26,8 @@ STILL_TURN_RATE = 0.02
 def time_not_moving(recording: Recording) -> Array:
     """The total time of the intervals in which the robot did not move.
 
-    Those are intervals with |v| < 0.01 m/s and |omega| < 0.02 rad/s at both
-    ends. Series: the time not moving since the sample before.
+    These are intervals with |v| < 0.01 m/s and |omega| < 0.02 rad/s at both
+    ends. Series: the time not moving since the previous sample.
     """
     features = recording.features
     still = (np.abs(features.forward_speed) < STILL_SPEED) & (
@@ -42,7 +42,7 @@ def time_not_moving(recording: Recording) -> Array:
 def avg_robot_linear_speed(recording: Recording) -> Array:
     """The mean over the samples of the robot's forward speed v.
 
-    Backwards counts as negative. Series: the speed.
+    Backward speeds are negative. Series: the speed.
     """
     return recording.features.forward_speed
 
@@ -53,7 +53,7 @@ def avg_robot_linear_speed(recording: Recording) -> Array:
 def avg_robot_angular_speed(recording: Recording) -> Array:
     """The mean over the samples of the robot's turn rate |omega|.
 
-    Series: the turn rate |omega|, which is absolute: not signed.
+    Series: the turn rate |omega|, unsigned.
     """
     return recording.features.turn_rate
 
@@ -68,8 +68,8 @@ def avg_robot_angular_speed(recording: Recording) -> Array:
 def avg_robot_acceleration(recording: Recording) -> Array:
     """The mean over the intervals of |v_{k+1} - v_k| / (t_{k+1} - t_k).
 
-    Intervals shorter than 1 microsecond, between repeated stamps, do not
-    count. NaN for a single sample. Series: that of the interval before.
+    Intervals shorter than 1 microsecond, between repeated stamps, do not count.
+    NaN for a single sample. Series: the value of the previous interval.
     """
     return since_previous(np.abs(recording.features.acceleration), np.nan)
 
@@ -87,7 +87,7 @@ def avg_robot_jerk(recording: Recording) -> Array:
     a_k = (v_{k+1} - v_k) / (t_{k+1} - t_k) is signed, and dt is the time
     between the middles of the two intervals. Intervals shorter than 1
     microsecond, between repeated stamps, have none. NaN for fewer than three
-    samples. Series: that of the two intervals before.
+    samples. Series: the value of the two previous intervals.
     """
     features = recording.features
     dt = (features.intervals[1:] + features.intervals[:-1]) / 2
@@ -115,7 +115,7 @@ def avg_pedestrian_velocity(recording: Recording) -> Array:
 def avg_closest_pedestrian_velocity(recording: Recording) -> Array:
     """The mean over the samples of the closest person's speed.
 
-    The closest is whose center is closest to the robot's; NaN without people.
-    Series: that speed.
+    The closest person is the one whose center is closest to the robot's; NaN
+    without people. Series: that speed.
     """
     return recording.features.closest_human_speed

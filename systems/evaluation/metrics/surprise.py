@@ -1,7 +1,7 @@
-"""How surprising the robot was to people who see it.
+"""The surprise of people who see the robot.
 
-People see the robot within 60 degrees of their heading, unless a wall is
-between. d is the distance of the centers, taken to be at least 0.05 m.
+People see the robot within 60 degrees of their heading, unless a wall occludes
+it. d is the distance of the centers, at least 0.05 m.
 """
 
 import numpy as np
@@ -16,8 +16,8 @@ from hunav_drake.systems.evaluation.metrics.proxemics import INTIMATE
 from hunav_drake.systems.evaluation.metrics.rates import register_sum_and_rate
 from hunav_drake.systems.evaluation.recording import Recording
 
-# How long it takes to recognize what comes into view, and to react to it, in
-# seconds.
+# The time to recognize an object that comes into view, and the time to react to
+# it, in seconds.
 RECOGNITION_TIME, REACTION_TIME = 0.15, 0.6
 
 _sum_and_rate = register_sum_and_rate(
@@ -26,9 +26,9 @@ _sum_and_rate = register_sum_and_rate(
 
 
 def _cost(recording: Recording, factor: Array) -> Array:
-    """Returns the sum over who sees the robot of factor 0.45 m / d.
+    """Returns the sum of factor 0.45 m / d over the people who see the robot.
 
-    NaN if the walls, which may hide it, are not known.
+    NaN if the walls, which may occlude it, are not known.
     """
     if not recording.walls_known:
         return np.full(len(recording), np.nan)
@@ -39,13 +39,13 @@ def _cost(recording: Recording, factor: Array) -> Array:
 
 @_sum_and_rate
 def surprise_visibility_cost(recording: Recording) -> Array:
-    """How far from where they look people see the robot.
+    """The angle of the robot in the view of people.
 
-    sum_{k,i} (0.45 m / d) (a / 60 deg) over who sees the robot, where d is
-    the distance of the centers, taken to be at least 0.05 m, and a the angle
-    between their heading and the direction to it. People see 60 degrees to
-    either side, but not through walls. 0 without people; NaN if the walls are
-    not known. Series: the sum over people.
+    sum_{k,i} (0.45 m / d) (a / 60 deg) over the people who see the robot, where
+    d is the distance of the centers, at least 0.05 m, and a the angle between
+    their heading and the direction to it. People see 60 degrees to either side,
+    but not through walls. 0 without people; NaN if the walls are not known.
+    Series: the sum over people.
     """
     angle = recording.encounters.angle_of_view
     return _cost(recording, angle / HALF_FIELD_OF_VIEW)
@@ -53,13 +53,13 @@ def surprise_visibility_cost(recording: Recording) -> Array:
 
 @_sum_and_rate
 def surprise_shock_cost(recording: Recording) -> Array:
-    """The shock at a robot before it is recognized.
+    """The shock caused by a robot before it is recognized.
 
-    sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.15 s) over who sees the robot,
-    where d is the distance of the centers, taken to be at least 0.05 m, and t
-    the time since it came into view, as in `surprise_visibility_cost`; nobody
-    is surprised by what is in view from their first sample on. 0 without
-    people; NaN if the walls are not known. Series: the sum over people.
+    sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.15 s) over the people who see the
+    robot, where d is the distance of the centers, at least 0.05 m, and t the
+    time since it came into view, as in `surprise_visibility_cost`. A robot in
+    view from a person's first sample on does not count. 0 without people; NaN
+    if the walls are not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / RECOGNITION_TIME, 0.0))
@@ -67,13 +67,13 @@ def surprise_shock_cost(recording: Recording) -> Array:
 
 @_sum_and_rate
 def surprise_react_cost(recording: Recording) -> Array:
-    """The surprise at a robot before there was time to react to it.
+    """The surprise caused by a robot before people can react to it.
 
-    sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.6 s) over who sees the robot,
-    where d is the distance of the centers, taken to be at least 0.05 m, and t
-    the time since it came into view, as in `surprise_visibility_cost`; nobody
-    is surprised by what is in view from their first sample on. 0 without
-    people; NaN if the walls are not known. Series: the sum over people.
+    sum_{k,i} (0.45 m / d) max(0, 1 - t / 0.6 s) over the people who see the
+    robot, where d is the distance of the centers, at least 0.05 m, and t the
+    time since it came into view, as in `surprise_visibility_cost`. A robot in
+    view from a person's first sample on does not count. 0 without people; NaN
+    if the walls are not known. Series: the sum over people.
     """
     seen = recording.encounters.seen_for
     return _cost(recording, np.maximum(1 - seen / REACTION_TIME, 0.0))

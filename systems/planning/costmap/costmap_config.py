@@ -15,7 +15,7 @@ from hunav_drake.systems.common.schema import (
     within,
 )
 
-# What a costmap is made of, in the order that its list tells.
+# The layers of a costmap, applied in the order of its list.
 Layer = Literal["static", "obstacle", "inflation", "social"]
 Layers = Annotated[list[Layer], Field(max_length=8)]
 
@@ -26,115 +26,116 @@ Period = Annotated[StrictFloat, within(0, 60, "s", low_open=True)]
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class ObstacleLayer:
-    """What the planner knows of walls and people around the robot."""
+    """Obstacle layer: the walls and people that the planner knows."""
 
     source: Literal["ground_truth", "lidar"] = "ground_truth"
-    """Where the layer learns of walls and people: "ground_truth", the walls as
-    they are and the people who are near; "lidar", what the first lidar of the
-    trial has hit."""
+    """Source of the obstacles: "ground_truth" (the walls and the people nearby)
+    or "lidar" (the hits of the first lidar of the trial)."""
 
     people_in_scan: StrictBool = True
-    """Whether a lidar would see people. (One at the height of the feet does;
-    the actors of Gazebo are invisible to some.) For the ground truth."""
+    """Whether a lidar would detect people; for source "ground_truth" only. A
+    lidar at foot height does; some lidars in Gazebo do not detect its actors.
+    """
 
     person_radius: BodyRadius = 0.2
-    """The disc that stands for the feet of a person, in meters."""
+    """Radius of the disc that represents a person's feet, in meters."""
 
     marking_range: PositiveLength = 2.5
-    """What is farther from the robot is not marked, in meters."""
+    """Range within which obstacles are marked, in meters."""
 
     clearing_range: PositiveLength = 3.0
-    """How far a ray frees the cells that it passes, in meters."""
+    """Range within which a ray clears the cells that it passes, in meters."""
 
     footprint_clearing: StrictBool = True
-    """Whether nothing that the layer marks can be inside the robot."""
+    """Whether the cells inside the robot are always cleared."""
 
 
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class SocialLayer:
-    """The costs around people: of nav2_social_costmap_plugin.
+    """Social layer: costs around people, as in nav2_social_costmap_plugin.
 
-    Gaussians about each person, of an amplitude and with variances along and
-    across the direction of walking; see `social_layer`. The defaults are those
-    of the example in its README.
+    Each person has Gaussian costs with an amplitude and with variances along
+    and across the walking direction; see `social_layer`. The defaults are those
+    of the example in the plugin's README.
     """
 
     amplitude: Annotated[StrictFloat, within(0, 255)] = 255.0
-    """The cost at the place of the person."""
+    """Cost at the position of the person."""
 
     cutoff: Annotated[StrictFloat, within(0, 255, low_open=True)] = 10.0
-    """The cost below which there is none."""
+    """Costs below this are set to 0."""
 
     covariance_when_still: Variance = 0.25
-    """The variance around who stands, in m^2."""
+    """Variance around a standing person, in m^2."""
 
     covariance_front_height: Variance = 0.4
-    """The variance ahead of who walks, along the direction, in m^2."""
+    """Variance in front of a walking person, along the direction, in m^2."""
 
     covariance_front_width: Variance = 0.25
-    """The variance ahead of who walks, across the direction, in m^2."""
+    """Variance in front of a walking person, across the direction, in m^2."""
 
     covariance_rear_height: Variance = 0.25
-    """The variance behind who walks, along the direction, in m^2."""
+    """Variance behind a walking person, along the direction, in m^2."""
 
     covariance_rear_width: Variance = 0.25
-    """The variance behind who walks, across the direction, in m^2."""
+    """Variance behind a walking person, across the direction, in m^2."""
 
     covariance_right_height: Variance = 0.3
-    """The variance to the right of who walks, outwards, in m^2."""
-
-    covariance_right_width: Variance = 0.2
-    """The variance to the right of who walks, along the direction, in m^2."""
-
-    use_passing: StrictBool = True
-    """Whether there is more room to the right, for others to pass on the left.
+    """Variance to the right of a walking person, across the direction, in m^2.
     """
 
+    covariance_right_width: Variance = 0.2
+    """Variance to the right of a walking person, along the direction, in m^2.
+    """
+
+    use_passing: StrictBool = True
+    """Whether to add costs to the right, so that others pass on the left."""
+
     use_vel_factor: StrictBool = True
-    """Whether the variance ahead grows with the speed."""
+    """Whether the variance in front grows with the speed."""
 
     speed_factor_multiplier: Annotated[StrictFloat, within(0, 100, "s/m")] = 5.0
-    """By how much it grows per speed, in s/m."""
+    """Growth of that variance per unit of speed, in s/m."""
 
 
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class LocalCostmap:
-    """The map around the robot, which moves with it by whole cells.
+    """Local costmap: it moves with the robot by whole cells.
 
-    What is None is as the planner's profile tells.
+    None: the value of the planner's profile.
     """
 
     size: Annotated[StrictFloat, within(0, 50, "m", low_open=True)] | None = (
         None
     )
-    """The side of the square, in meters; by default as the profile has it."""
+    """Side length of the square map, in meters. None: the value of the profile.
+    """
 
     resolution: Annotated[StrictFloat, within(0.01, 10, "m")] | None = None
-    """The side of a cell, in meters; by default as the profile has it."""
+    """Side length of a cell, in meters. None: the value of the profile."""
 
     update_period: Period | None = None
-    """The time between two updates, in seconds; by default as the profile has
-    it."""
+    """Time between two updates, in seconds. None: the value of the profile."""
 
     layers: Layers = field(default_factory=lambda: ["obstacle", "inflation"])
-    """What is on the map, in this order."""
+    """Layers of the map, in this order."""
 
 
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class GlobalCostmap:
-    """The map of the whole world, on which ways are found."""
+    """Global costmap of the whole world, on which global paths are planned."""
 
     resolution: Annotated[StrictFloat, within(0.005, 10, "m")] = 0.05
-    """The side of a cell, in meters."""
+    """Side length of a cell, in meters."""
 
     margin: Length = 3.0
-    """How far it reaches beyond walls, robot and goal, in meters, where no
-    walls close the world."""
+    """Margin of the map beyond walls, robot and goal, in meters, where no walls
+    close the world."""
 
     layers: Layers = field(
         default_factory=lambda: ["static", "obstacle", "inflation"]
     )
-    """What is on the map, in this order."""
+    """Layers of the map, in this order."""

@@ -1,4 +1,4 @@
-"""The outline of a round robot, and what it would touch."""
+"""The footprint of a round robot, and its cost on a map."""
 
 import functools
 import math
@@ -10,25 +10,21 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import MATRIX, REAL, jit, jit_as
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 
-# How far costmap_2d moves each corner away from the middle, in meters.
+# How far costmap_2d moves each corner away from the center, in meters.
 PADDING = 0.01
 _CORNERS = 16
 
 
 @functools.lru_cache(maxsize=32)
 def circle_footprint(radius: float, padding: float = PADDING) -> Array:
-    """Returns the polygon that stands for a round robot, shape (16, 2).
+    """Returns the polygon that represents a round robot, shape (16, 2).
 
-    Each coordinate is moved away from 0 by the padding, as costmap_2d's
-    `makeFootprintFromRadius` and `padFootprint` do it.
-
-    Args:
-        radius: In meters.
-        padding: In meters.
+    Each coordinate is moved away from 0 by the padding, as in costmap_2d's
+    `makeFootprintFromRadius` and `padFootprint`. All in meters.
     """
     angles = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
     corners = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    # (Rounding leaves some zeros a bit off, so they are moved there as well.)
+    # (Rounding leaves some zeros slightly off, so costmap_2d moves them, too.)
     corners += padding * np.sign(corners)
     corners.setflags(write=False)
     return corners
@@ -36,7 +32,7 @@ def circle_footprint(radius: float, padding: float = PADDING) -> Array:
 
 @functools.lru_cache(maxsize=32)
 def inscribed_radius(radius: float, padding: float = PADDING) -> float:
-    """Returns the least distance of that outline from its middle, in meters."""
+    """Returns the inradius of that outline, in meters."""
     p = circle_footprint(radius, padding)
     q = np.roll(p, -1, axis=0)
     areas = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
@@ -45,7 +41,7 @@ def inscribed_radius(radius: float, padding: float = PADDING) -> float:
 
 @jit
 def _line_cost(costs, row, column, to_row, to_column):
-    """Returns the highest cost on a line of cells (Bresenham); -1 off it."""
+    """Returns the highest cost on a line (Bresenham); -1 off the map."""
     rows, columns = costs.shape
     d_row = abs(to_row - row)
     d_column = abs(to_column - column)
@@ -72,8 +68,8 @@ def _line_cost(costs, row, column, to_row, to_column):
 def outline_cost(costs, ox, oy, resolution, x, y, yaw, polygon):
     """Returns the highest cost on the outline of a robot at a pose.
 
-    It is that of the cells on the edges of `polygon`, shape (k, 2), in the
-    frame of the robot; -1 if some of it is off the map.
+    The cells are those on the edges of `polygon`, shape (k, 2), in the robot's
+    frame. -1 if the outline leaves the map.
     """
     c = math.cos(yaw)
     s = math.sin(yaw)

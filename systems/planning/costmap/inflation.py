@@ -1,4 +1,4 @@
-"""The inflation layer: what is near something costs more."""
+"""The inflation layer: cells near obstacles cost more."""
 
 import functools
 import math
@@ -15,7 +15,7 @@ from hunav_drake.systems.world.maps.costs import (
     Costs,
 )
 
-# The part of a cell by which distances may be off.
+# Tolerance of distances, as a fraction of a cell.
 _ROUNDING = 1e-9
 
 
@@ -27,22 +27,22 @@ def inflation_costs(
     inflation_radius: float,
     cost_scaling_factor: float,
 ) -> Array:
-    """Returns the costs of cells by their distance from something lethal.
+    """Returns the costs of cells by their distance from a lethal cell.
 
-    With d the distance between the middles of cells: 254 at d = 0, 253 up to
+    With d the distance between the centers of cells: 254 at d = 0, 253 up to
     the inscribed radius r, ``floor(252 exp(-k (d - r)))`` up to the inflation
-    radius, 0 beyond (costmap_2d's `InflationLayer::computeCost`). There, the
-    inflation radius is in whole cells, rounded up (`Costmap2D::cellDistance`).
+    radius, 0 beyond (costmap_2d's `InflationLayer::computeCost`). The inflation
+    radius is rounded up to whole cells (`Costmap2D::cellDistance`).
 
     Args:
-        resolution: The side of a cell, in meters.
-        inscribed_radius: The largest disc about the middle of the robot that
-            is all robot: r, in meters.
+        resolution: The side length of a cell, in meters.
+        inscribed_radius: The radius r of the largest disc around the robot's
+            center that lies in its footprint, in meters.
         inflation_radius: In meters.
         cost_scaling_factor: k, in 1/m.
 
     Returns:
-        The costs by squared distances in cells, 0 to the last that counts.
+        The costs by squared distance in cells, from 0 to the last that counts.
     """
     reach = math.ceil(inflation_radius / resolution - _ROUNDING)
     squares = np.arange(reach * reach + 1)
@@ -57,13 +57,10 @@ def inflation_costs(
 
 
 def inflate(costs: Costs, graded: Array) -> Costs:
-    """Returns costs with what is near lethal cells made to cost more.
+    """Returns costs with inflation around the lethal cells.
 
-    Costs never sink; unknown cells become inscribed or stay.
-
-    Args:
-        costs: Of a map.
-        graded: The costs by squared distances: see `inflation_costs`.
+    `graded` are `inflation_costs`. Costs never decrease; unknown cells become
+    inscribed or stay unknown.
     """
     lethal = costs == LETHAL
     if not lethal.any():

@@ -7,8 +7,8 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.planning.costmap.inflation import inflate
-from hunav_drake.systems.planning.costmap.marks import Marks
-from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc, moved
+from hunav_drake.systems.planning.costmap.marks import Marks, moved
+from hunav_drake.systems.planning.costmap.obstacle_layer import free_disc
 from hunav_drake.systems.planning.costmap.raster import stamp_discs
 from hunav_drake.systems.planning.costmap.social_layer import add_social_costs
 from hunav_drake.systems.planning.costmap.static_layer import StaticMap
@@ -21,17 +21,13 @@ _ONLY_LETHAL = np.array([float(LETHAL)])
 
 
 class Surroundings(NamedTuple):
-    """What layers are made from, at one instant.
+    """The data that layers are made from, at one instant.
 
-    Attributes:
-        walls: The walls of the world, by `static_map`.
-        discs: Shape (n, 3): the people who are marked, (x, y, radius).
-        humans: Rows of `human_states`: all who have social costs.
-        robot: The disc (x, y, radius) that nothing is marked in; a radius
-            below 0 is for none.
-        graded: The inflation: see `inflation_costs`.
-        social: See `social_parameters`.
-        marks: What a lidar has marked; None for the ground truth.
+    `walls` are those of the world; `discs` (n, 3) the people to mark, (x, y,
+    radius); `humans` the rows of those with social costs; `robot` the disc that
+    stays free of marks, with a negative radius for none; `marks` those of a
+    lidar, None for the ground truth. `graded` are `inflation_costs`, `social`
+    are `social_parameters`.
     """
 
     walls: StaticMap
@@ -48,27 +44,22 @@ def make_costs(
 ) -> Costs:
     """Returns the costs of a region, made layer by layer.
 
-    Each layer works on what those before it have left: "static" marks walls,
-    "obstacle" walls and people, or what a lidar has seen, "inflation" makes
-    what is near marked cells cost more, "social" adds the costs around people.
-    Costs never sink. Walls just outside of the region count for "inflation".
-
-    Args:
-        layers: Their names, the first first.
-        region: What of the lattice the map covers.
-        around: What they are made from.
+    Each layer works on the result of the previous ones: "static" marks walls;
+    "obstacle" marks walls and people, or the hits of a lidar; "inflation" adds
+    costs near marked cells; "social" adds costs around people. Costs never
+    decrease. "inflation" also counts walls just outside the region.
     """
     first = layers.index("inflation") if "inflation" in layers else -1
     before = layers[:first] if first > 0 else ()
     if around.marks is None and before and "social" not in before:
-        # The same as layer by layer, for inflation of walls is known, and
-        # that of all is the highest of that of each.
+        # Equal to layer by layer: the inflation of walls is known, and that of
+        # all obstacles is the maximum of their single ones.
         costs = around.walls.part(region, inflated=True)
         if "obstacle" in before:
             _stamp(costs, region, around, around.graded)
         rest = layers[first + 1 :]
     elif around.marks is None and layers and layers[0] in _WALLS:
-        # The first layer of walls writes on nothing.
+        # The first layer of walls starts on an empty map.
         costs = around.walls.part(region, inflated=False)
         if layers[0] == "obstacle":
             _stamp(costs, region, around, _ONLY_LETHAL)
@@ -89,7 +80,7 @@ def make_costs(
 def _mark(
     costs: Costs, region: Region, around: Surroundings, *, people: bool
 ) -> None:
-    """Marks walls, and people or what a lidar tells."""
+    """Marks walls, and people or the hits of a lidar."""
     if people and around.marks is not None:
         marks = moved(around.marks, region)
         if around.robot[2] >= 0:

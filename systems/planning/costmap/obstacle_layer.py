@@ -1,4 +1,4 @@
-"""The obstacle layer: what a lidar, or the ground truth, tells of the room."""
+"""The obstacle layer: obstacles from a lidar or from the ground truth."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.planning.costmap.costmap_config import ObstacleLayer
-from hunav_drake.systems.planning.costmap.marks import Marks
+from hunav_drake.systems.planning.costmap.marks import Marks, moved
 from hunav_drake.systems.planning.costmap.scan_kernel import clear_and_mark
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
@@ -15,14 +15,10 @@ from hunav_drake.systems.world.maps.costs import FREE, Costs, Region
 
 
 def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
-    """Returns where the rays of a lidar end: shape (n, 3), (x, y, range).
+    """Returns the end points of a lidar's rays: shape (n, 3), (x, y, range).
 
-    A ray that hits nothing ends at the largest range.
-
-    Args:
-        lidar: What has measured.
-        scan: n distances, in meters; infinite if nothing is hit.
-        robot: (x, y, yaw) of the robot, in W; more is ignored.
+    They are in W, in meters, from n distances in meters and the pose (x, y,
+    yaw) of the robot. A ray without a hit ends at the maximum range.
     """
     x, y, yaw = sensor_pose(lidar, robot)
     directions = yaw + lidar.angles()
@@ -30,19 +26,6 @@ def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
     return np.column_stack(
         [x + reach * np.cos(directions), y + reach * np.sin(directions), reach]
     )
-
-
-def moved(marks: Marks, region: Region) -> Costs:
-    """Returns a copy of marks on another region: free where they were not."""
-    result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
-    rows, columns = marks.costs.shape
-    up, left = region.row - marks.row, region.column - marks.column
-    r0, r1 = max(up, 0), min(up + region.rows, rows)
-    c0, c1 = max(left, 0), min(left + region.columns, columns)
-    if r0 < r1 and c0 < c1:
-        part = marks.costs[r0:r1, c0:c1]
-        result[r0 - up : r1 - up, c0 - left : c1 - left] = part
-    return result
 
 
 def see(
@@ -54,13 +37,10 @@ def see(
 ) -> Marks:
     """Returns the marks of a region after one more scan.
 
-    Args:
-        marks: Those of before, of any region of the same resolution.
-        region: Where the map is now.
-        ends: Where the rays end: see `scan_ends`.
-        sensor: Where they begin, in W.
-        ranges: Up to where rays clear, and below which ends are marked, in
-            meters.
+    The rays run from the sensor (x, y) to `ends` (see `scan_ends`), in W.
+    `ranges` are the range up to which rays clear, and the range below which
+    their ends are marked, in meters. The old marks may be on any region of the
+    same resolution.
     """
     costs = moved(marks, region)
     clear_and_mark(
@@ -71,7 +51,7 @@ def see(
 
 
 def free_disc(costs: Costs, region: Region, disc: Array) -> None:
-    """Frees the cells with their middle in a disc (x, y, radius), in place."""
+    """Frees the cells with their center in a disc (x, y, radius), in place."""
     r = region.resolution
     x, y = disc[0] - region.origin[0], disc[1] - region.origin[1]
     rows = slice(
@@ -89,13 +69,7 @@ def free_disc(costs: Costs, region: Region, disc: Array) -> None:
 
 
 def person_discs(humans: Array, robot: Array, config: ObstacleLayer) -> Array:
-    """Returns the discs (x, y, radius) of people who are marked, (n, 3).
-
-    Args:
-        humans: Rows of `human_states`.
-        robot: The row of the robot.
-        config: Who is seen, and as what.
-    """
+    """Returns the discs (x, y, radius) of the people to mark, shape (n, 3)."""
     if not config.people_in_scan or not len(humans):
         return np.zeros((0, 3))
     dx, dy = humans[:, X] - robot[X], humans[:, Y] - robot[Y]

@@ -1,7 +1,7 @@
 """Walls and people as cells of a grid, compiled by numba.
 
-`costs` are those of a `Costmap`, written in place; (ox, oy) is its origin and
-`resolution` the side of a cell, in meters.
+`costs` are those of a `Costmap`, written in place. (ox, oy) is its origin and
+`resolution` the side length of a cell, in meters.
 """
 
 import math
@@ -32,7 +32,7 @@ def _mark(costs, row, column):
 
 @jit
 def _mark_segment(costs, ax, ay, bx, by):
-    """Marks all cells that a segment passes; its ends are in cells."""
+    """Marks all cells that a segment crosses; its ends are in cells."""
     rows, columns = costs.shape
     dx = bx - ax
     dy = by - ay
@@ -49,7 +49,7 @@ def _mark_segment(costs, ax, ay, bx, by):
             end = min(end, q / p)
     if start > end:
         return
-    # From one side of a cell to the next (Amanatides and Woo 1987).
+    # From cell to cell (Amanatides and Woo 1987).
     x = ax + start * dx
     y = ay + start * dy
     column = math.floor(x)
@@ -75,7 +75,7 @@ def _mark_segment(costs, ax, ay, bx, by):
 
 @jit
 def _fill_solid(costs, ox, oy, resolution, segments, first, last):
-    """Marks the cells with their middle inside an outline, even-odd."""
+    """Marks the cells with their center inside an outline, even-odd."""
     rows, columns = costs.shape
     crossings = np.empty(last - first)
     for row in range(rows):
@@ -99,7 +99,7 @@ def _fill_solid(costs, ox, oy, resolution, segments, first, last):
 
 @jit_as(numba.void, CELLS, REAL, REAL, REAL, WALLS)
 def mark_walls(costs, ox, oy, resolution, table):
-    """Marks walls as lethal: each cell that an outline passes, and insides.
+    """Marks walls as lethal: the cells on outlines and those inside solids.
 
     `table` is `Obstacles.table`.
     """
@@ -124,11 +124,11 @@ def mark_walls(costs, ox, oy, resolution, table):
 
 @jit
 def _disc_runs(costs, disc, robot, ox, oy, resolution):
-    """Returns runs (row, first column, last) of the cells of one disc.
+    """Returns runs (row, first column, last column) of the cells of a disc.
 
-    `disc` is (x, y, radius). They are the cells with their middle in it, at
-    least that which its middle is in, but not those with their middle in the
-    disc of the robot.
+    `disc` is (x, y, radius). The cells are those with their center in the disc,
+    and the one that contains its center, without those with their center in the
+    robot's disc.
     """
     x, y, radius = disc[0], disc[1], disc[2]
     low = math.floor((y - radius - oy) / resolution)
@@ -160,18 +160,10 @@ def _disc_runs(costs, disc, robot, ox, oy, resolution):
 
 @jit_as(numba.void, CELLS, REAL, REAL, REAL, MATRIX, VECTOR, VECTOR)
 def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
-    """Writes discs and their inflation, where they cost more than is there.
+    """Writes discs and their inflation where they cost more than the map.
 
-    Args:
-        costs: Written in place.
-        ox: The origin of the map.
-        oy: The same along the other axis.
-        resolution: The side of a cell.
-        discs: Shape (n, 3), rows (x, y, radius).
-        robot: The disc (x, y, radius) of the robot, which nothing is in; a
-            radius below 0 is for none.
-        graded: The costs by squared distances in cells: see
-            `inflation_costs`.
+    The discs are rows (x, y, radius); cells in the disc `robot` stay free (a
+    negative radius for none). `graded` are `inflation_costs`.
     """
     rows, columns = costs.shape
     reach = int(math.sqrt(len(graded) - 1 + 0.5))

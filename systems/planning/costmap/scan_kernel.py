@@ -1,4 +1,4 @@
-"""What a lidar has seen, as cells: clearing and marking, by numba."""
+"""Clearing and marking of cells by a lidar scan, compiled by numba."""
 
 import math
 
@@ -10,7 +10,7 @@ from hunav_drake.systems.planning.costmap.raster import CELLS
 
 @jit
 def _clear_line(costs, row, column, to_row, to_column, most):
-    """Frees the cells from one to another (Bresenham), at most so many."""
+    """Frees at most `most` cells from one to another (Bresenham)."""
     rows, columns = costs.shape
     d_row = abs(to_row - row)
     d_column = abs(to_column - column)
@@ -35,20 +35,12 @@ def _clear_line(costs, row, column, to_row, to_column, most):
 
 @jit_as(numba.void, CELLS, REAL, REAL, REAL, REAL, REAL, MATRIX, REAL, REAL)
 def clear_and_mark(costs, ox, oy, resolution, x, y, ends, clearing, marking):
-    """Writes what one scan tells: free along its rays, lethal at their ends.
+    """Writes one scan: free along its rays, lethal at their ends.
 
-    All rays clear before the first end is marked, as in costmap_2d.
-
-    Args:
-        costs: Written in place.
-        ox: The origin of the map.
-        oy: The same along the other axis.
-        resolution: The side of a cell.
-        x: Where the sensor is, in W.
-        y: The same along the other axis.
-        ends: Shape (n, 3), rows (x, y, range): where the rays end.
-        clearing: How far a ray clears, in meters.
-        marking: The range within which an end is marked, in meters.
+    `costs` are those of a `Costmap` with its origin at (ox, oy). The rays run
+    from (x, y) to `ends`, rows (x, y, range), and clear up to the range
+    `clearing`; their ends within the range `marking` are marked. All rays clear
+    before the first end is marked, as in costmap_2d. In W, in meters.
     """
     rows, columns = costs.shape
     row = math.floor((y - oy) / resolution)

@@ -1,9 +1,9 @@
-"""The social layer: what is near people, and on their way, costs more.
+"""The social layer: cells near people and ahead of them cost more.
 
-About each person there are Gaussians in the frame of walking: a wider one
-ahead than behind, longer with speed, and one to the right. Who is slower than
-0.1 m/s has a round one. Below a cutoff there is no cost, above it the floor of
-the value. (nav2_social_costmap_plugin, `SocialLayer`.)
+Each person has Gaussian costs in the frame of the walking direction: wider in
+front than behind, longer with speed, and another one to the right. A person
+slower than 0.1 m/s has a round one. Values below the cutoff give no cost;
+others are rounded down. (nav2_social_costmap_plugin, `SocialLayer`.)
 """
 
 import math
@@ -26,17 +26,17 @@ from hunav_drake.systems.planning.costmap.costmap_config import SocialLayer
 from hunav_drake.systems.planning.costmap.raster import CELLS
 from hunav_drake.systems.world.maps.costs import Costs, Region
 
-# The turn to a person's right that the original takes, in radians.
+# The original's angle to a person's right, in radians.
 _RIGHT = 1.57
 
 STANDING_SPEED = 0.1
 
 
 class Parameters(NamedTuple):
-    """The costs about a person: covariances, in m^2, and what else counts.
+    """The parameters of the costs around a person; covariances in m^2.
 
-    All are floats, as `SocialLayer` has them; `speed_factor` is 0, and
-    `use_right` too, for what is not used.
+    All are floats, from `SocialLayer`; `speed_factor` and `use_right` are 0
+    where they are not used.
     """
 
     amplitude: float
@@ -57,15 +57,15 @@ _parameters_in = reads(Parameters)
 
 @jit
 def _reach(x, p):
-    """Returns where a Gaussian of a variance falls below the cutoff."""
+    """Returns where a Gaussian of variance x falls to the cutoff."""
     return math.sqrt(2 * x * math.log(p.amplitude / p.cutoff))
 
 
 @jit_as(numba.void, CELLS, REAL, REAL, REAL, MATRIX, VECTOR)
 def add_people(costs, ox, oy, resolution, people, parameters):
-    """Writes the costs of people where they are above those that are there.
+    """Writes the costs of people where they exceed those of the map.
 
-    Unknown cells stay so. `people` has shape (n, 4), rows (x, y, vx, vy).
+    Unknown cells stay unknown. `people` has shape (n, 4), rows (x, y, vx, vy).
     """
     p = _parameters_in(parameters)
     if p.cutoff >= p.amplitude:
@@ -81,7 +81,7 @@ def add_people(costs, ox, oy, resolution, people, parameters):
         s = 0.0
         cr = 0.0
         sr = -1.0
-        # What the costs come to along x and y, to either side.
+        # The extent of the costs along x and y, on either side.
         if still:
             reach = _reach(p.still, p)
             x0 = y0 = -reach
@@ -96,7 +96,7 @@ def add_people(costs, ox, oy, resolution, people, parameters):
             if p.use_right != 0:
                 wide = max(wide, p.right, p.right_side)
             reach = _reach(wide, p)
-            # Half an ellipse ahead, and a disc.
+            # Half an ellipse in front, and a disc.
             far = _reach(front, p)
             side = _reach(p.side, p)
             ex = math.hypot(far * c, side * s)
@@ -138,7 +138,7 @@ def add_people(costs, ox, oy, resolution, people, parameters):
 
 
 def social_parameters(config: SocialLayer) -> Array:
-    """Returns the `Parameters` of a layer, as `add_people` takes them."""
+    """Returns the `Parameters` of a layer as an array for `add_people`."""
     factor = config.speed_factor_multiplier if config.use_vel_factor else 0.0
     return np.array(
         Parameters(
@@ -162,11 +162,8 @@ def add_social_costs(
 ) -> None:
     """Writes the costs of people into a map, where they are higher.
 
-    Args:
-        costs: Shape (rows, columns), written in place; unknown cells stay.
-        region: Where the map is.
-        humans: Rows of `human_states`.
-        parameters: See `social_parameters`.
+    `humans` are rows of `human_states`, `parameters` are `social_parameters`.
+    Unknown cells stay unknown.
     """
     if len(humans):
         people = np.ascontiguousarray(humans[:, [X, Y, VX, VY]])

@@ -1,4 +1,4 @@
-"""The static layer: the walls of the world as cells, made once."""
+"""The static layer: the walls of the world as cells, built once."""
 
 import functools
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.planning.costmap.inflation import inflate
+from hunav_drake.systems.planning.costmap.marks import Marks, moved
 from hunav_drake.systems.planning.costmap.raster import mark_walls
 from hunav_drake.systems.world.maps.costs import (
     FREE,
@@ -19,9 +20,9 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 
 def walls_on(obstacles: Obstacles, region: Region) -> Costs:
-    """Returns a map of walls: lethal where they are, else free.
+    """Returns a map of walls: lethal on walls, else free.
 
-    Lethal are the cells that an outline passes, and those with their middle
+    Lethal cells are those that an outline crosses, and those with their center
     inside a solid.
     """
     costs = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
@@ -38,8 +39,8 @@ def costmap_from_obstacles(
 
     Args:
         obstacles: The walls: `World.obstacles()`.
-        bounds: The least x and y and the largest that it covers, in W, m.
-        resolution: The side of a cell, in meters.
+        bounds: (min x, min y, max x, max y) that it covers, in W, in meters.
+        resolution: The side length of a cell, in meters.
 
     Raises:
         ValueError: If it would have more than 25 million cells.
@@ -56,15 +57,15 @@ def costmap_from_occupancy(
     occupied: float = 0.65,
     unknown_is_free: bool = False,
 ) -> Costmap:
-    """Returns a costmap of how likely the cells of a map are occupied.
+    """Returns a costmap from the occupancy probabilities of a map.
 
     Args:
-        occupancy: Shape (rows, columns), in [0, 1], rows up along y; NaN
-            where nothing is known.
+        occupancy: Shape (rows, columns), in [0, 1], rows ascending in y; NaN
+            for unknown cells.
         origin: The lower left corner, in W, in meters.
-        resolution: The side of a cell, in meters.
-        occupied: From where on a cell counts as occupied.
-        unknown_is_free: Whether unknown cells are taken for free.
+        resolution: The side length of a cell, in meters.
+        occupied: The probability from which a cell counts as occupied.
+        unknown_is_free: Whether unknown cells count as free.
     """
     costs = np.where(occupancy >= occupied, LETHAL, FREE).astype(np.uint8)
     if not unknown_is_free:
@@ -73,16 +74,16 @@ def costmap_from_occupancy(
 
 
 class StaticMap:
-    """The walls of a world as a map, and inflated; neither changes.
+    """Holds the walls of a world as a map, plain and inflated; immutable.
 
     Attributes:
-        region: Where it is.
-        walls: Lethal where walls are, else free; read-only.
+        region: The region of the map.
+        walls: Lethal on walls, else free; read-only.
         inflated: The same, inflated; read-only.
     """
 
     def __init__(self, obstacles: Obstacles, region: Region, graded: Array):
-        """Makes both: see `static_map`, which keeps them."""
+        """Constructs both maps; use `static_map`, which caches them."""
         self.region = region
         self.walls = walls_on(obstacles, region)
         self.inflated = inflate(self.walls, graded)
@@ -90,22 +91,9 @@ class StaticMap:
             costs.setflags(write=False)
 
     def part(self, region: Region, *, inflated: bool) -> Costs:
-        """Returns a copy of what lies in a region; free beyond the map."""
-        own, costs = self.region, self.inflated if inflated else self.walls
-        if region == own:
-            return costs.copy()
-        up, left = region.row - own.row, region.column - own.column
-        r0, r1 = max(up, 0), min(up + region.rows, own.rows)
-        c0, c1 = max(left, 0), min(left + region.columns, own.columns)
-        inner = r1 - r0 == region.rows and c1 - c0 == region.columns
-        if inner:
-            return np.ascontiguousarray(costs[r0:r1, c0:c1])
-        result = np.full((region.rows, region.columns), FREE, dtype=np.uint8)
-        if r0 < r1 and c0 < c1:
-            result[r0 - up : r1 - up, c0 - left : c1 - left] = costs[
-                r0:r1, c0:c1
-            ]
-        return result
+        """Returns a copy of a region; cells beyond the map are free."""
+        costs = self.inflated if inflated else self.walls
+        return moved(Marks(self.region.row, self.region.column, costs), region)
 
 
 @functools.lru_cache(maxsize=16)
@@ -118,11 +106,8 @@ def _static_map(
 def static_map(
     obstacles: Obstacles, region: Region, graded: Array
 ) -> StaticMap:
-    """Returns the walls of a world on a region; the last ones are kept.
+    """Returns the walls of a world on a region, cached.
 
-    Args:
-        obstacles: The walls.
-        region: What of the lattice the map covers.
-        graded: The costs by squared distances: see `inflation_costs`.
+    `graded` are `inflation_costs`.
     """
     return _static_map(obstacles, region, graded.tobytes())

@@ -1,4 +1,4 @@
-"""The Dynamic Window Approach of Nav2, DWB, and SCL upon it."""
+"""DWB, the Dynamic Window Approach of Nav2, and SCL, which extends it."""
 
 import lazy_loader
 

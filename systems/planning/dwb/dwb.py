@@ -1,4 +1,4 @@
-"""DWB: the local planner of Nav2 that rolls out and scores velocities."""
+"""DWB: Nav2's local planner, which rolls out and scores velocities."""
 
 from dataclasses import field
 import math
@@ -54,16 +54,16 @@ from hunav_drake.systems.world.maps.costs import Costmap
 if TYPE_CHECKING:
     from hunav_drake.systems.planning.dwb.scoring import Parameters
 
-# Slower measured speeds, in m/s, and turn rates, in rad/s, count as none.
+# Measured speeds (m/s) and turn rates (rad/s) below this count as 0.
 _STILL = 0.001
 
-# As many speeds are tried at most for the sake of a small goal.
+# The maximum number of speeds that a small goal tolerance asks for.
 _MOST_SPEEDS = 100
 
-# Why there is no command, by what stands for the best sample.
+# Why there is no command, by the number that replaces the best sample.
 _FAULTS = {
-    -1: "each way ahead leads into something",
-    -2: "the plan is nowhere on the local map",
+    -1: "no velocity is free of collision",
+    -2: "no part of the plan is on the local map",
 }
 
 
@@ -88,99 +88,104 @@ def _check_samples(turns: int, info: ValidationInfo) -> int:
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticScales:
-    """How much each critic counts; 0 leaves it out."""
+    """Weights of the critics; 0 turns a critic off."""
 
     rotate_to_goal: Scale = 32.0
-    """How much counts to turn on the spot to the goal's heading, once there."""
+    """Weight of RotateToGoal: turning in place to the goal's heading, once
+    there."""
 
     oscillation: Scale = 1.0
-    """How much counts not to drive forth and back."""
+    """Weight of the Oscillation critic."""
 
     base_obstacle: Scale = 0.02
-    """How much counts the cost of the middle of the robot."""
+    """Weight of BaseObstacle: the cost at the robot's center."""
 
     obstacle_footprint: Scale = 0.0
-    """How much counts the cost of the robot's outline."""
+    """Weight of ObstacleFootprint: the cost on the robot's footprint."""
 
     goal_align: Scale = 24.0
-    """How much counts to bring a point ahead of the robot towards the end of
-    the local plan."""
+    """Weight of GoalAlign: the distance of a point ahead of the robot from the
+    end of the local plan."""
 
     path_align: Scale = 32.0
-    """How much counts to bring a point ahead of the robot onto the plan."""
+    """Weight of PathAlign: the distance of a point ahead of the robot from the
+    plan."""
 
     path_dist: Scale = 32.0
-    """How much counts to bring the middle of the robot onto the plan."""
+    """Weight of PathDist: the distance of the robot's center from the plan."""
 
     goal_dist: Scale = 24.0
-    """How much counts to bring the middle of the robot towards the end of the
-    local plan."""
+    """Weight of GoalDist: the distance of the robot's center from the end of
+    the local plan."""
 
     prefer_forward: Scale = 0.0
-    """How much counts to drive forwards."""
+    """Weight of the PreferForward critic."""
 
     twirling: Scale = 0.0
-    """How much counts to drive straight on."""
+    """Weight of the Twirling critic, which penalizes turn rates."""
 
 
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticParameters:
-    """What the critics are parametrized by besides their scales."""
+    """Parameters of the critics besides their weights."""
 
     forward_point_distance: Length = 0.1
-    """How far ahead of the robot the point of both Align critics is, in meters.
-    """
+    """Distance of the point of GoalAlign and PathAlign ahead of the robot, in
+    meters."""
 
     sum_scores: StrictBool = False
-    """Whether costs along the way add up; else that of its end counts."""
+    """Whether costs are summed along the trajectory; otherwise the cost of its
+    last pose counts."""
 
     trans_stopped_velocity: Speed = 0.25
-    """RotateToGoal: below which speed the robot turns, in m/s."""
+    """RotateToGoal: speed below which the robot turns, in m/s."""
 
     slowing_factor: Scale = 5.0
-    """RotateToGoal: how much speed costs before the robot turns."""
+    """RotateToGoal: weight of the squared speed before the robot turns."""
 
     lookahead_time: Annotated[StrictFloat, within(-1, 60, "s")] = -1.0
-    """RotateToGoal: how far ahead the heading is looked at, in seconds; -1 for
-    the end of the way."""
+    """RotateToGoal: time ahead at which the heading is scored, in seconds; -1
+    for the end of the trajectory."""
 
     oscillation_reset_dist: PositiveLength = 0.05
-    """Oscillation: after how far a direction is allowed again, in meters."""
+    """Oscillation: distance after which a direction is allowed again, in
+    meters."""
 
     oscillation_reset_angle: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.2
-    """Oscillation: after what turn a direction is allowed again, in radians."""
+    """Oscillation: turn after which a direction is allowed again, in radians.
+    """
 
     oscillation_reset_time: Annotated[StrictFloat, within(-1, 60, "s")] = -1.0
-    """Oscillation: after what time a direction is allowed again, in seconds; -1
-    for never."""
+    """Oscillation: time after which a direction is allowed again, in seconds;
+    -1 for never."""
 
     x_only_threshold: Speed = 0.05
-    """Oscillation: the speed up to which the turn rate is looked at, in m/s."""
+    """Oscillation: speed up to which the turn rate is checked, too, in m/s."""
 
     penalty: Scale = 1.0
-    """PreferForward: what it costs to drive back, or slower than `strafe_x`
-    with less turn than `strafe_theta`."""
+    """PreferForward: cost of driving backwards, or slower than `strafe_x` with
+    a turn rate below `strafe_theta`."""
 
     strafe_x: Speed = 0.1
-    """PreferForward: the speed below which the penalty counts, in m/s."""
+    """PreferForward: speed below which the penalty counts, in m/s."""
 
     strafe_theta: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.2
-    """PreferForward: the turn rate below which the penalty counts, in rad/s."""
+    """PreferForward: turn rate below which the penalty counts, in rad/s."""
 
     theta_scale: Scale = 10.0
-    """PreferForward: what the turn rate is multiplied by, where the penalty
-    does not count."""
+    """PreferForward: factor of the turn rate where the penalty does not count.
+    """
 
 
 class Dynamics(NamedTuple):
-    """What follows from the parameters and the task.
+    """Values derived from the parameters and the task.
 
     Attributes:
-        p: By name.
-        values: As one array, which kernels read.
+        p: The values by name.
+        values: The values as an array for kernels.
     """
 
     p: "Parameters"
@@ -188,7 +193,7 @@ class Dynamics(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """What `weigh_samples` gives, and what the critics remember."""
+    """The result of `weigh_samples`, and the memory of the critics."""
 
     best: int
     vs: Array
@@ -198,14 +203,15 @@ class Weighed(NamedTuple):
 
 
 class Candidates(NamedTuple):
-    """All that DWB has weighed in one cycle, for those who look at it.
+    """All candidates of one DWB cycle, for inspection.
 
     Attributes:
         velocities: Shape (n, 2), rows (v, omega), in m/s and rad/s.
-        scores: Shape (n, 11): the total and the scaled scores of the critics,
-            `Critic` in their order; infinite where a critic forbids it.
-        best: The row of the one taken; -1 if all are forbidden.
-        paths: What is predicted for each, shape (k, 3), rows (x, y, yaw).
+        scores: Shape (n, 11): the total and the weighted scores of the critics
+            in the order of `Critic`; infinite where a critic rejects the
+            velocity.
+        best: The row of the selected velocity; -1 if all are rejected.
+        paths: The predicted trajectory of each, shape (k, 3), rows (x, y, yaw).
     """
 
     velocities: Array
@@ -217,102 +223,103 @@ class Candidates(NamedTuple):
 @register_planner("dwb")
 @dataclass(kw_only=True, config=CONFIG)
 class DwbPlanner(NavigationPlanner):
-    """Rolls out many velocities, and takes the one that critics like best.
+    """Rolls out many velocities and takes the one with the best score.
 
-    In each cycle it samples speeds and turn rates that the robot can reach,
-    predicts for each pair where the robot goes in the next `sim_time`, and
-    takes the one with the lowest sum of scores (nav2_dwb_controller). The
-    parameters are named as there.
+    In each cycle it samples the speeds and turn rates that the robot can reach,
+    predicts the trajectory of each pair over `sim_time`, and takes the pair
+    with the lowest sum of critic scores (nav2_dwb_controller). The parameters
+    have the names used there.
     """
 
     initial_control: ClassVar[Any] = DwbMemory()
 
     min_vel_x: Annotated[StrictFloat, within(-10, 10, "m/s")] = 0.0
-    """The least speed, in m/s; below 0 it may drive backwards."""
+    """Minimum speed, in m/s; a negative one lets the robot drive backwards."""
 
     max_vel_x: PositiveSpeed = 1.0
-    """The largest speed, in m/s. What the robot can do limits it, too."""
+    """Maximum speed, in m/s. The robot's own limit holds, too."""
 
     max_vel_theta: TurnRate | None = None
-    """The largest turn rate, in rad/s; limited as above, and by default as the
-    profile has it."""
+    """Maximum turn rate, in rad/s; the robot's own limit holds, too. None: the
+    value of the profile."""
 
     min_speed_xy: Speed = 0.0
-    """The speed below which a sample must turn at least with `min_speed_theta`,
-    in m/s."""
+    """Speed below which a sample needs a turn rate of at least
+    `min_speed_theta`, in m/s."""
 
     min_speed_theta: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.0
-    """The turn rate below which a sample must drive at least with
-    `min_speed_xy`, in rad/s."""
+    """Turn rate below which a sample needs a speed of at least `min_speed_xy`,
+    in rad/s."""
 
     acc_lim_x: Acceleration | None = None
-    """How fast the speed grows, in m/s^2; by default as the profile has it."""
+    """Linear acceleration, in m/s^2. None: the value of the profile."""
 
     decel_lim_x: Fall | None = None
-    """How fast the speed falls, in m/s^2, a negative number; by default as the
-    profile has it."""
+    """Linear deceleration, in m/s^2, a negative number. None: the value of the
+    profile."""
 
     acc_lim_theta: TurnAcceleration | None = None
-    """How fast the turn rate grows, in rad/s^2; by default as the profile has
-    it."""
+    """Angular acceleration, in rad/s^2. None: the value of the profile."""
 
     decel_lim_theta: TurnFall | None = None
-    """How fast the turn rate falls, in rad/s^2, a negative number; by default
-    as the profile has it."""
+    """Angular deceleration, in rad/s^2, a negative number. None: the value of
+    the profile."""
 
     vx_samples: Samples = 20
-    """How many speeds are tried; more, up to 100, where the goal is smaller
-    than the distance between two places that they lead to."""
+    """Number of sampled speeds; more, up to 100, where the end points of
+    neighboring samples are farther apart than the goal tolerance."""
 
     vtheta_samples: Annotated[Samples, AfterValidator(_check_samples)] = 20
-    """How many turn rates are tried: with each speed, so that at most 40 000
-    velocities are."""
+    """Number of turn rates sampled with each speed; at most 40 000 velocities
+    in total."""
 
     sim_time: Period = 1.7
-    """How far ahead the robot is predicted, in seconds."""
+    """Time horizon of the prediction, in seconds."""
 
     linear_granularity: Annotated[StrictFloat, within(0.001, 1e5, "m")] = 0.05
-    """The longest step of the prediction, in meters."""
+    """Longest step of the prediction, in meters."""
 
     angular_granularity: Annotated[
         StrictFloat, within(0.001, math.pi, "rad")
     ] = 0.025
-    """The largest turn in a step of the prediction, in radians."""
+    """Largest turn in a step of the prediction, in radians."""
 
     time_granularity: Annotated[StrictFloat, within(0.001, 60, "s")] | None = (
         None
     )
-    """The step of the prediction, in seconds, instead of the two above."""
+    """Time step of the prediction, in seconds, instead of `linear_granularity`
+    and `angular_granularity`."""
 
     trajectory_generator: Literal["standard", "limited_accel"] = "standard"
-    """What is sampled: "standard", what is reached within `sim_time`, while the
-    prediction accelerates; "limited_accel", what is reached within one cycle,
-    and then held."""
+    """Velocities to sample: "standard", those that can be reached within
+    `sim_time`, with acceleration in the prediction; "limited_accel", those that
+    can be reached within one cycle, held constant in the prediction."""
 
     limit_vel_cmd_in_traj: StrictBool = False
-    """Whether the command is the first velocity of the prediction, not the one
-    that it comes to."""
+    """Whether the command is the first velocity of the prediction instead of
+    the sampled one."""
 
     prune_distance: PositiveLength | None = None
-    """The local plan begins at the first pose nearer to the robot than this, in
-    meters; by default as the profile has it."""
+    """Distance from the robot below which the local plan begins, in meters.
+    None: the value of the profile."""
 
     forward_prune_distance: PositiveLength | None = None
-    """The local plan ends at the last pose no farther from the robot than this,
-    in meters; by default as the profile has it."""
+    """Distance from the robot at which the local plan ends, in meters. None:
+    the value of the profile."""
 
     shorten_transformed_plan: StrictBool = True
-    """Whether the local plan ends there; else where the local map does."""
+    """Whether `forward_prune_distance` ends the local plan; otherwise the edge
+    of the local costmap ends it."""
 
     scales: CriticScales = field(default_factory=CriticScales)
-    """How much each critic counts."""
+    """Weights of the critics."""
 
     critics: CriticParameters = field(default_factory=CriticParameters)
-    """What else the critics are parametrized by."""
+    """Other parameters of the critics."""
 
     @property
     def dwb_profile(self) -> DwbProfile:
-        """What depends on the release."""
+        """Returns the values that depend on the release of Nav2."""
         return DWB_PROFILES[self.profile]
 
     def local_span(
@@ -320,8 +327,8 @@ class DwbPlanner(NavigationPlanner):
     ) -> tuple[int, int]:
         """Returns which poses are local: see `NavigationPlanner.local_span`.
 
-        From the first that is nearer than `prune_distance`, to the last that
-        is no farther than `forward_prune_distance`.
+        They range from the first pose nearer than `prune_distance` to the last
+        within `forward_prune_distance`.
         """
         from hunav_drake.systems.planning.dwb.map_grid import plan_span
 
@@ -346,18 +353,54 @@ class DwbPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        return choose(self, task, view, local, costmap, memory)
+        weighed = _weigh(self, task, view, local, costmap, memory)
+        best, memory = weighed.best, weighed.memory
+        if best < 0:
+            return Control(0.0, 0.0, memory, _FAULTS[best])
+        turns = len(weighed.ws)
+        v, omega = (
+            float(weighed.vs[best // turns]),
+            float(weighed.ws[best % turns]),
+        )
+        critics = self.critics
+        x, y, yaw = view.robot[: YAW + 1].tolist()
+        trend = memory.x.after(v), memory.theta
+        if abs(v) <= critics.x_only_threshold:
+            trend = trend[0], memory.theta.after(omega)
+        # A change of sign forbids the opposite sign.
+        changed = any(
+            new.sign == -old.sign != 0
+            for new, old in zip(trend, (memory.x, memory.theta), strict=True)
+        )
+        memory = memory._replace(
+            x=trend[0], theta=trend[1], cycles=memory.cycles + 1
+        )
+        if changed:
+            memory = memory._replace(pose=(x, y, yaw), cycles=0)
+        moved = math.hypot(x - memory.pose[0], y - memory.pose[1])
+        turned = abs(wrap_angle(yaw - memory.pose[2]))
+        waited = memory.cycles * self.period
+        if (memory.x.only or memory.theta.only) and (
+            moved > critics.oscillation_reset_dist
+            or turned > critics.oscillation_reset_angle
+            or 0 <= critics.oscillation_reset_time <= waited
+        ):
+            memory = memory._replace(x=Trend(), theta=Trend())
+        if self.limit_vel_cmd_in_traj:
+            v, omega = _first_velocity(self, task, view, v, omega)
+        return Control(v, omega, memory)
 
 
 def _parameters(planner: DwbPlanner, task: PlanningTask) -> "Parameters":
-    """Returns what follows from the parameters of DWB and the task."""
+    """Returns the values derived from the parameters and the task."""
     from hunav_drake.systems.planning.dwb.scoring import Parameters
 
     profile = planner.dwb_profile
     turn = either(planner.max_vel_theta, profile.max_vel_theta)
     high = min(planner.max_vel_x, task.limits.max_speed)
     low = max(min(planner.min_vel_x, high), -task.limits.max_reverse_speed)
-    # Their ways must end close enough together for one to end at the goal.
+    # The trajectories must end close enough together for one to end at the
+    # goal.
     apart = (high - low) * planner.sim_time / task.goal_tolerance
     speeds = max(planner.vx_samples, min(math.ceil(apart) + 1, _MOST_SPEEDS))
     at_once = planner.trajectory_generator == "limited_accel"
@@ -385,7 +428,7 @@ def _parameters(planner: DwbPlanner, task: PlanningTask) -> "Parameters":
 
 
 def dynamics(planner: DwbPlanner, task: PlanningTask) -> Dynamics:
-    """Returns what follows from the parameters of DWB and the task, once."""
+    """Returns the values derived from the parameters and the task, cached."""
 
     def make() -> Dynamics:
         p = _parameters(planner, task)
@@ -396,50 +439,6 @@ def dynamics(planner: DwbPlanner, task: PlanningTask) -> Dynamics:
     return planner.once(task, "dwb", make)
 
 
-def choose(
-    planner: DwbPlanner,
-    task: PlanningTask,
-    view: View,
-    local: LocalPlan,
-    costmap: Costmap,
-    memory: DwbMemory,
-) -> Control:
-    """Returns the command of one cycle: see `DwbPlanner.control`."""
-    weighed = _weigh(planner, task, view, local, costmap, memory)
-    best, memory = weighed.best, weighed.memory
-    if best < 0:
-        return Control(0.0, 0.0, memory, _FAULTS[best])
-    turns = len(weighed.ws)
-    v, omega = float(weighed.vs[best // turns]), float(weighed.ws[best % turns])
-    critics = planner.critics
-    x, y, yaw = view.robot[: YAW + 1].tolist()
-    trend = memory.x.after(v), memory.theta
-    if abs(v) <= critics.x_only_threshold:
-        trend = trend[0], memory.theta.after(omega)
-    # A change of sign, which forbids the other one.
-    changed = any(
-        new.sign == -old.sign != 0
-        for new, old in zip(trend, (memory.x, memory.theta), strict=True)
-    )
-    memory = memory._replace(
-        x=trend[0], theta=trend[1], cycles=memory.cycles + 1
-    )
-    if changed:
-        memory = memory._replace(pose=(x, y, yaw), cycles=0)
-    moved = math.hypot(x - memory.pose[0], y - memory.pose[1])
-    turned = abs(wrap_angle(yaw - memory.pose[2]))
-    waited = memory.cycles * planner.period
-    if (memory.x.only or memory.theta.only) and (
-        moved > critics.oscillation_reset_dist
-        or turned > critics.oscillation_reset_angle
-        or 0 <= critics.oscillation_reset_time <= waited
-    ):
-        memory = memory._replace(x=Trend(), theta=Trend())
-    if planner.limit_vel_cmd_in_traj:
-        v, omega = _first_velocity(planner, task, view, v, omega)
-    return Control(v, omega, memory)
-
-
 def candidates(
     planner: DwbPlanner,
     task: PlanningTask,
@@ -448,25 +447,19 @@ def candidates(
     costmap: Costmap,
     memory: DwbMemory | None = None,
 ) -> Candidates:
-    """Returns all that DWB weighs in a cycle: velocities, scores, and ways.
+    """Returns the velocities, scores and trajectories of one cycle.
 
-    Args:
-        planner: The parameters.
-        task: What does not change.
-        view: What the planner sees.
-        local: What is to be followed.
-        costmap: The local map.
-        memory: What the critics remember; by default nothing.
+    Without `memory`, the critics have an empty one.
 
     Raises:
-        ValueError: If the plan is nowhere on the map.
+        ValueError: If no part of the plan is on the map.
     """
     from hunav_drake.systems.planning.dwb.scoring import roll_out
 
     weighed = _weigh(planner, task, view, local, costmap, memory or DwbMemory())
     best, vs, ws, scores, _ = weighed
     if best == -2:
-        raise ValueError(f"there is nothing to weigh: {_FAULTS[best]}")
+        raise ValueError(f"there are no candidates: {_FAULTS[best]}")
     velocities = np.column_stack([np.repeat(vs, len(ws)), np.tile(ws, len(vs))])
     state, values = robot_state(view), dynamics(planner, task).values
     paths = [roll_out(state, v, w, values) for v, w in velocities]
@@ -474,7 +467,7 @@ def candidates(
 
 
 def robot_state(view: View) -> Array:
-    """Returns (x, y, yaw, v, omega) of the robot as DWB takes it."""
+    """Returns the robot's state (x, y, yaw, v, omega) for DWB."""
     x, y, yaw, vx, vy, omega = view.robot[: OMEGA + 1].tolist()
     v = vx * math.cos(yaw) + vy * math.sin(yaw)
     return np.array(
@@ -494,8 +487,8 @@ def _weigh(
     costmap: Costmap,
     memory: DwbMemory,
 ) -> Weighed:
-    """Returns what is weighed in one cycle."""
-    # Reading a scenario does without numba.
+    """Returns the scored samples of one cycle."""
+    # Imported here, so that reading a scenario does not load numba.
     from hunav_drake.systems.planning.dwb.weighing import weigh_samples
 
     if local.is_new:
@@ -527,7 +520,7 @@ def _weigh(
 def _first_velocity(
     planner: DwbPlanner, task: PlanningTask, view: View, v: float, w: float
 ) -> tuple[float, float]:
-    """Returns the velocity of the first step of a prediction."""
+    """Returns the velocity (v, omega) of the first step of a prediction."""
     from hunav_drake.systems.planning.dwb.scoring import steps_of, toward
 
     p = dynamics(planner, task).p

@@ -1,21 +1,21 @@
-"""What DWB's critics remember from one cycle to the next."""
+"""The memory of DWB's critics between cycles."""
 
 from typing import NamedTuple
 
 
 class Trend(NamedTuple):
-    """Which way one part of the command went, for Oscillation.
+    """The direction of one component of the command, for Oscillation.
 
     Attributes:
-        sign: That of the last command; 0 before the first.
-        only: The sign that alone is allowed; 0 if both are.
+        sign: The sign of the last command; 0 before the first.
+        only: The only sign that is allowed; 0 if both are.
     """
 
     sign: int = 0
     only: int = 0
 
     def after(self, value: float) -> "Trend":
-        """Returns the trend after a command: a change of sign forbids."""
+        """Returns the trend after a command; a new sign forbids the old one."""
         sign = (value > 0) - (value < 0)
         if sign == 0:
             return self
@@ -23,15 +23,15 @@ class Trend(NamedTuple):
 
 
 class DwbMemory(NamedTuple):
-    """What the critics remember; a new global plan makes them forget it.
+    """The memory of the critics; a new global plan clears it.
 
     Attributes:
-        in_window: RotateToGoal: whether the robot has come to the goal.
+        in_window: RotateToGoal: whether the robot has reached the goal.
         rotating: Whether it was slow enough there to turn.
         x: Oscillation: the trend of the speed.
-        theta: That of the turn rate.
-        pose: Where the robot was, (x, y, yaw), when a sign changed last.
-        cycles: How many cycles ago that was.
+        theta: The trend of the turn rate.
+        pose: The robot's pose (x, y, yaw) when a sign last changed.
+        cycles: The number of cycles since then.
     """
 
     in_window: bool = False

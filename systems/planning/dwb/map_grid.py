@@ -1,7 +1,7 @@
-"""Distances on the grid from a plan, for the critics, compiled by numba.
+"""Grid distances from a plan for the critics, compiled by numba.
 
 They are Manhattan distances, in cells: DWB's grid expands along rows and
-columns, also through obstacles (dwb_critics, `MapGridCritic`).
+columns, and through obstacles (dwb_critics, `MapGridCritic`).
 """
 
 import math
@@ -23,11 +23,11 @@ _FAR = 1 << 20
 
 @jit
 def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
-    """Marks the cells of a plan with 0, and returns the last one.
+    """Marks the cells of a plan with 0 and returns the last one.
 
-    They are those from the first that is on the map and known up to where the
-    plan leaves it; (-1, -1) if there is none. The last pose of the plan is
-    moved to (end_x, end_y). `distances` of shape (0, 0) is not written.
+    They range from the first known cell on the map to where the plan leaves the
+    map; (-1, -1) if there is none. The last pose of the plan is moved to
+    (end_x, end_y). `distances` of shape (0, 0) is not written.
     """
     rows, columns = costs.shape
     marks = distances.size > 0
@@ -77,26 +77,18 @@ def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
     *(READ_CELLS, REAL, REAL, REAL, MATRIX),
 )
 def path_distances(costs, ox, oy, resolution, plan):
-    """Returns how far cells are from a plan, and the last cell of it.
+    """Returns the distances of cells from a plan, and its last cell.
 
-    Args:
-        costs: Those of the map.
-        ox: The origin of the map.
-        oy: The same along the other axis.
-        resolution: The side of a cell.
-        plan: Shape (k, 3), rows (x, y, yaw), with k > 0.
-
-    Returns:
-        The Manhattan distances to the nearest cell of the plan, shape (rows,
-        columns), in cells; and its last cell (row, column), (-1, -1) if no
-        part of the plan is on the map.
+    The distances are Manhattan distances to the nearest cell of the plan, rows
+    (x, y, yaw), in cells, shape (rows, columns). The last cell is (row,
+    column), or (-1, -1) if no part of the plan is on the map.
     """
     rows, columns = costs.shape
     result = np.full((rows, columns), _FAR, dtype=np.int32)
     last = mark_plan(
         *(costs, ox, oy, resolution, plan), *(plan[-1, 0], plan[-1, 1], result)
     )
-    # Along the rows that the plan is in, then along all columns.
+    # First along the rows of the plan, then along all columns.
     for i in range(rows):
         near = np.int32(_FAR)
         for j in range(columns):
@@ -122,11 +114,11 @@ def path_distances(costs, ox, oy, resolution, plan):
     *(MATRIX, INTEGER, REAL, REAL, REAL, REAL, REAL),
 )
 def plan_span(poses, first, x, y, near, far, search):
-    """Returns which poses of a plan are local: the first, and one after.
+    """Returns the local poses of a plan: the first index and the end index.
 
-    The first is that of the poses from `first` on, up to a length of way of
-    `search`, which is nearer to (x, y) than `near`; the local ones end before
-    the first that is farther than `far`. (-1, -1) if there are none.
+    The first one is nearer to (x, y) than `near`, searched from `first` on over
+    a path length of `search`. The poses end before the next one farther than
+    `far`. (-1, -1) if there are none.
     """
     begin = -1
     length = 0.0

@@ -1,4 +1,4 @@
-"""SCL: DWB with the costs of people on both of its maps."""
+"""SCL: DWB with costs around people on both of its costmaps."""
 
 from dataclasses import field
 
@@ -16,12 +16,11 @@ from hunav_drake.systems.planning.planner import register_planner
 @register_planner("scl")
 @dataclass(kw_only=True, config=CONFIG)
 class SclPlanner(DwbPlanner):
-    """DWB with a social costmap layer: it plans around people's space.
+    """Plans around people's personal space: DWB with a social costmap layer.
 
-    The layer is on the global map, so that plans lead around people, and on
-    the local one. It comes after the inflation, as in the example of
-    nav2_social_costmap_plugin; before it, people would become discs that may
-    not be entered.
+    The layer is on the global costmap, so that plans lead around people, and on
+    the local one. It follows the inflation, as in the example of
+    nav2_social_costmap_plugin; before it, people would become impassable discs.
     """
 
     local_costmap: LocalCostmap = field(
@@ -29,11 +28,11 @@ class SclPlanner(DwbPlanner):
             layers=["obstacle", "inflation", "social"]
         )
     )
-    """The map around the robot, with costs around people."""
+    """Local costmap around the robot, with costs around people."""
 
     global_costmap: GlobalCostmap = field(
         default_factory=lambda: GlobalCostmap(
             layers=["static", "obstacle", "inflation", "social"]
         )
     )
-    """The map of the whole world, with costs around people."""
+    """Global costmap of the whole world, with costs around people."""

@@ -1,4 +1,4 @@
-"""The scores of velocities: roll-outs and critics of DWB, by numba.
+"""DWB's rollouts and critics, which score velocities, by numba.
 
 Poses are (x, y, yaw) in W; v is a speed in m/s and w a turn rate in rad/s.
 `p` are `Parameters`.
@@ -16,7 +16,7 @@ from hunav_drake.systems.planning.costmap.footprint import outline_cost
 
 
 class Critic(IntEnum):
-    """The columns of scores after the total: `CriticScales` in their order."""
+    """The columns of scores after the total, in the order of `CriticScales`."""
 
     ROTATE_TO_GOAL = 1
     OSCILLATION = 2
@@ -31,19 +31,13 @@ class Critic(IntEnum):
 
 
 class Parameters(NamedTuple):
-    """What samples are drawn within, and weighed by; all are floats.
+    """The bounds of samples and the parameters of scores; all are floats.
 
-    Attributes:
-        low: The least speed, in m/s.
-        high: The largest speed, in m/s.
-        turn: The largest turn rate, in rad/s.
-        reach_time: The time in which samples are reached, in seconds.
-        speeds: How many speeds are tried.
-        turns: How many turn rates are tried.
-        at_once: Whether a sample is held from the start on: 1 or 0.
-
-    The others are those of `DwbPlanner`, of its critics and of their scales;
-    `time_granularity` is 0 if it is not given, and `sum_scores` 1 or 0.
+    Speeds are in [low, high], in m/s, turn rates up to `turn`, in rad/s:
+    `speeds` and `turns` samples, reached within `reach_time`, in seconds.
+    `at_once` is 1 if a sample is held from the start on, else 0. The others are
+    those of `DwbPlanner`, its critics and their weights; `time_granularity` is
+    0 if it is None, and `sum_scores` 1 or 0.
     """
 
     low: float
@@ -87,15 +81,7 @@ parameters_in = reads(Parameters)
 
 
 class Targets(NamedTuple):
-    """What ways are compared with.
-
-    Attributes:
-        row: The cell of GoalDist.
-        column: The same along the other axis.
-        ahead_row: The cell of GoalAlign.
-        ahead_column: The same along the other axis.
-        yaw: The heading of the goal, in radians.
-    """
+    """The cells of GoalDist and (`ahead_`) GoalAlign, and the goal's yaw."""
 
     row: float
     column: float
@@ -105,13 +91,10 @@ class Targets(NamedTuple):
 
 
 class Latches(NamedTuple):
-    """What critics do by what they remember.
+    """The modes of critics that depend on their memory.
 
-    Attributes:
-        rotating: What RotateToGoal does: 0 nothing, 1 slow down, 2 turn.
-        v_sign: The sign that Oscillation allows for v; 0 for all.
-        w_sign: That for w.
-        path_align: Whether PathAlign is on.
+    `rotating` is that of RotateToGoal: 0 off, 1 slow down, 2 turn. Oscillation
+    allows the signs `v_sign` and `w_sign`; 0 for both.
     """
 
     rotating: int
@@ -120,7 +103,7 @@ class Latches(NamedTuple):
     path_align: bool
 
 
-# Small turns, by their series: exact but for the last bit.
+# Turns below this, in radians, use series, exact but for the last bit.
 _SMALL = 0.05
 
 
@@ -134,7 +117,7 @@ def toward(now, rise, fall, dt, target):
 
 @jit
 def steps_of(v, w, p):
-    """Returns in how many steps a velocity is rolled out."""
+    """Returns the number of steps of a rollout."""
     if p.time_granularity > 0:
         return max(1, math.ceil(p.sim_time / p.time_granularity))
     far = abs(v) * p.sim_time / p.linear_granularity
@@ -159,11 +142,11 @@ def _turned(c, s, angle):
 
 @jit_as(numba.float64[:, ::1], VECTOR, REAL, REAL, VECTOR)
 def roll_out(state, v, w, parameters):
-    """Returns the poses of one sample, shape (n, 3), the start first.
+    """Returns the predicted poses of a sample, shape (n, 3), with the start.
 
-    `state` is (x, y, yaw, v, w) of the robot. The velocity goes towards the
-    sample, each step begins in the old direction, and the last pose comes
-    twice (`StandardTrajectoryGenerator`, with `include_last_point`).
+    `state` is (x, y, yaw, v, w) of the robot. The velocity changes towards the
+    sample, each step moves along the old heading, and the last pose is repeated
+    (`StandardTrajectoryGenerator`, with `include_last_point`).
     """
     p = parameters_in(parameters)
     count = steps_of(v, w, p)
@@ -232,31 +215,20 @@ def score_samples(
     p,
     scores,
 ):
-    """Scores all pairs of samples, and returns the number of the best.
+    """Scores all pairs of samples and returns the row of the best.
 
-    The best has the lowest total; of equal ones, the first counts. Each critic
-    is scaled; those with scale 0 are not asked.
+    The best has the lowest total; of equal ones, the first counts; -1 if all
+    are rejected. Critics with weight 0 are not evaluated.
 
-    Args:
-        state: (x, y, yaw, v, w) of the robot.
-        vs: The samples of the speed, ascending.
-        ws: The samples of the turn rate, ascending.
-        costs: Those of the map.
-        ox: The origin of the map.
-        oy: The same along the other axis.
-        resolution: The side of a cell.
-        distances: From the plan: see `path_distances`.
-        targets: See `Targets`.
-        latches: See `Latches`.
-        polygon: The outline of the robot, shape (k, 2).
-        p: See `Parameters`.
-        scores: Written: shape (len(vs) * len(ws), 11), the total and the
-            scaled scores of the critics, row by row as v, then w ascend. The
-            total is infinite if a critic forbids it, and that one's score;
-            a pair that is no sample has infinite numbers only.
+    `state` is (x, y, yaw, v, w) of the robot, `vs` and `ws` are the samples of
+    speed and turn rate, ascending. `costs`, (ox, oy) and `resolution` are those
+    of the map, `distances` are `path_distances`, and `polygon` is the
+    footprint, shape (k, 2).
 
-    Returns:
-        The row of the best, or -1 if all are forbidden.
+    `scores`, shape (len(vs) * len(ws), 11), gets the total and the weighted
+    scores of the critics, in rows by ascending v, then w. Where a critic
+    rejects a pair, the total and the critic's score are infinite; an excluded
+    pair has a row of infinities.
     """
     rows, columns = costs.shape
     inverse = 1.0 / resolution
@@ -297,7 +269,8 @@ def score_samples(
             s = start_s
             now_v = state[3]
             now_w = state[4]
-            # The same as `roll_out`, but with the turns by a recurrence.
+            # The same as `roll_out`, but the turns are computed by a
+            # recurrence.
             step_c = 1.0
             step_s = 0.0
             steady = False
@@ -362,7 +335,7 @@ def score_samples(
                 out[legal] = math.inf
                 continue
             if p.sum_scores != 0 and p.base_obstacle != 0:
-                # The last pose comes twice.
+                # The last pose counts twice.
                 base += costs[row, column]
             if p.sum_scores != 0 and p.obstacle_footprint != 0:
                 outline += outline_cost(
@@ -385,7 +358,7 @@ def score_samples(
                 )
                 out[Critic.GOAL_ALIGN] = p.goal_align * grid_scale * away
                 if latches.path_align:
-                    # Manhattan distances go on beyond the map.
+                    # Manhattan distances continue beyond the map.
                     edge_i = min(max(i, 0), rows - 1)
                     edge_j = min(max(j, 0), columns - 1)
                     near = distances[edge_i, edge_j]

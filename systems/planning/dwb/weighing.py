@@ -1,4 +1,4 @@
-"""One cycle of DWB: what is sampled, and what is best, by numba."""
+"""Samples and scores velocities for one cycle of DWB, by numba."""
 
 import math
 
@@ -10,7 +10,6 @@ from hunav_drake.systems.common.kernels import (
     MATRIX,
     REAL,
     VECTOR,
-    jit,
     jit_as,
 )
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
@@ -26,9 +25,14 @@ from hunav_drake.systems.planning.dwb.scoring import (
 _COLUMNS = 1 + len(Critic)
 
 
-@jit
-def _samples(now, low, high, rise, fall, count, time):
-    """Returns what `velocity_samples` does."""
+@jit_as(numba.float64[::1], REAL, REAL, REAL, REAL, REAL, INTEGER, REAL)
+def velocity_samples(now, low, high, rise, fall, count, time):
+    """Returns reachable velocities of one axis, ascending.
+
+    They are `count` >= 2 evenly spaced ones in [low, high] that can be reached
+    from `now` within `time`, in seconds, at rates `rise` and `fall` < 0 per
+    second. 0 is added if they have both signs.
+    """
     now = min(max(now, low), high)
     low = max(low, now + fall * time)
     high = min(high, now + rise * time)
@@ -49,24 +53,6 @@ def _samples(now, low, high, rise, fall, count, time):
     return samples[:size]
 
 
-@jit_as(numba.float64[::1], REAL, REAL, REAL, REAL, REAL, INTEGER, REAL)
-def velocity_samples(now, low, high, rise, fall, count, time):
-    """Returns velocities of one axis that can be reached, ascending.
-
-    They are spread evenly; 0 is among them if they have both signs.
-
-    Args:
-        now: The present one.
-        low: The least.
-        high: The largest.
-        rise: How much it may rise per second.
-        fall: How much it may fall, a negative number.
-        count: How many there are, at least 2.
-        time: In which they are to be reached, in seconds.
-    """
-    return _samples(now, low, high, rise, fall, count, time)
-
-
 @jit_as(
     numba.types.Tuple(
         (
@@ -80,32 +66,24 @@ def velocity_samples(now, low, high, rise, fall, count, time):
 def weigh_samples(
     state, goal, plan, costs, ox, oy, resolution, latches, polygon, parameters
 ):
-    """Samples velocities, and scores them: see `score_samples`.
+    """Samples velocities and scores them: see `score_samples`.
 
-    Args:
-        state: (x, y, yaw, v, w) of the robot.
-        goal: (x, y, yaw) of the end of the whole plan.
-        plan: The local plan, shape (k, 3), k > 0.
-        costs: Those of the map.
-        ox: The origin of the map.
-        oy: The same along the other axis.
-        resolution: The side of a cell.
-        latches: What RotateToGoal does (0 nothing, 1 slow down, 2 turn), and
-            the signs that Oscillation allows for v and for w (0 for all).
-        polygon: The outline of the robot, shape (k, 2).
-        parameters: See `scoring.Parameters`.
+    `goal` is the end (x, y, yaw) of the global plan; `plan` the local plan,
+    shape (k, 3), k > 0. `latches` are the mode of RotateToGoal (0 off, 1 slow
+    down, 2 turn), and the signs that Oscillation allows for v and for w (0 for
+    both).
 
     Returns:
-        The row of the best (-1 if all are forbidden, -2 if the plan is not on
-        the map), the samples of v and those of w, and the scores.
+        The row of the best (-1 if all are rejected, -2 if the plan is not on
+        the map), the samples of v and of w, and the scores.
     """
     p = parameters_in(parameters)
     distances, last = path_distances(costs, ox, oy, resolution, plan)
-    vs = _samples(
+    vs = velocity_samples(
         *(state[3], p.low, p.high, p.acc_lim_x, p.decel_lim_x),
         *(int(p.speeds), p.reach_time),
     )
-    ws = _samples(
+    ws = velocity_samples(
         *(state[4], -p.turn, p.turn, p.acc_lim_theta, p.decel_lim_theta),
         *(int(p.turns), p.reach_time),
     )
@@ -131,7 +109,7 @@ def weigh_samples(
         *(float(aligned[0]), float(aligned[1])),
         goal[2],
     )
-    # PathAlign has no say at the goal.
+    # PathAlign is off at the goal.
     switches = Latches(int(latches[0]), latches[1], latches[2], far > ahead)
     best = score_samples(
         *(state, vs, ws, costs, ox, oy, resolution, distances, targets),

@@ -1,4 +1,4 @@
-"""Ways through the whole world."""
+"""Global paths on costmaps."""
 
 import lazy_loader
 

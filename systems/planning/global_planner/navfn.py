@@ -1,4 +1,4 @@
-"""NavFn: ways on a costmap, down the potential of a wave from the start."""
+"""NavFn: paths on a costmap, down the potential of a wave from the start."""
 
 import math
 from typing import Literal, NamedTuple
@@ -21,7 +21,8 @@ from hunav_drake.systems.world.maps.costs import (
 
 Smoothing = Literal["none", "gaussian"]
 
-# The lengths over which a way is averaged, in meters: the first that is good.
+# The lengths over which a path is smoothed, in meters; the first valid one is
+# used.
 _LENGTHS = (0.3, 0.15, 0.075)
 
 NO_WAY: Array = np.zeros((0, 3))
@@ -29,14 +30,15 @@ NO_WAY.setflags(write=False)
 
 
 class GlobalPath(NamedTuple):
-    """A way on a map, or why there is none.
+    """A path on a map, or the reason why there is none.
 
     Attributes:
-        poses: Shape (k, 3), rows (x, y, yaw) in W, from the start on; k is 0
-            if there is none. Each is turned to the next, the last as the goal.
-        misses: How far its end is from the goal, in meters: 0, or up to about
-            the tolerance if the goal itself cannot be reached.
-        fault: Why there is no way; nothing if there is one.
+        poses: Shape (k, 3), rows (x, y, yaw) in W, from the start on; k is 0 if
+            there is no path. Each pose faces the next, the last has the goal's
+            yaw.
+        misses: The distance of its end from the goal, in meters: 0, or up to
+            about the tolerance if the goal itself cannot be reached.
+        fault: Why there is no path; empty if there is one.
     """
 
     poses: Array
@@ -53,23 +55,23 @@ def plan_path(
     allow_unknown: bool = True,
     smoothing: Smoothing = "none",
 ) -> GlobalPath:
-    """Returns a way from a start to a goal on a costmap, as NavFn finds it.
+    """Returns a path from a start to a goal on a costmap, found by NavFn.
 
-    A wave runs from the start; to cross a cell of cost c takes
-    ``min(253, floor(50 + 0.8 c))``, and cells from 253 on are not crossed, nor
-    is the border of the map; the cell of the start is. The way goes down the
-    slope of the wave's potential from the goal. If the goal cannot be reached,
-    the way leads to the cell that is nearest to it, of those that are at most
-    the tolerance away along x and along y. (Konolige 2000; nav2_navfn_planner.
-    There, ways begin and end in the corners of cells; here, in their middles.)
+    A wave propagates from the start. To cross a cell of cost c takes ``min(253,
+    floor(50 + 0.8 c))``; cells of cost 253 and more and the border of the map
+    are impassable, except the cell of the start. The path descends the wave's
+    potential from the goal. If the goal cannot be reached, the path leads to
+    the nearest cell that can, among those within the tolerance along x and
+    along y. (Konolige 2000; nav2_navfn_planner. There, paths begin and end in
+    the corners of cells; here, in their centers.)
 
     Args:
-        costmap: What it costs to be where.
+        costmap: The costs of cells.
         start: (x, y) in W, in meters; more is ignored.
         goal: (x, y) or (x, y, yaw) in W, in meters and radians.
         tolerance: In meters.
         allow_unknown: Whether unknown cells may be crossed.
-        smoothing: "gaussian" rounds off the way where costs allow it.
+        smoothing: "gaussian" smooths the path where costs allow it.
     """
     x, y = np.asarray(start, dtype=float)[:2].tolist()
     goal_x, goal_y = np.asarray(goal, dtype=float)[:2].tolist()
@@ -93,7 +95,7 @@ def plan_path(
         end = near
     cells = navfn_descent(potential, *end, *first)
     if not len(cells):
-        return GlobalPath(NO_WAY, fault="the way on the map leads nowhere")
+        return GlobalPath(NO_WAY, fault="no path can be traced back on the map")
     points = cells[::-1] + 0.5
     points *= costmap.resolution
     points += costmap.origin
@@ -110,7 +112,7 @@ def plan_path(
 
 
 def _with_yaws(points: Array, last: Array) -> Array:
-    """Returns points with the direction to the next: shape (k, 3)."""
+    """Returns points with the yaw to the next one, shape (k, 3)."""
     poses = np.zeros((len(points), 3))
     poses[:, :2] = points
     if len(points) > 1:
@@ -125,7 +127,7 @@ def _with_yaws(points: Array, last: Array) -> Array:
 def _nearest_reached(
     costmap: Costmap, potential: Array, x: float, y: float, tolerance: float
 ) -> tuple[int, int] | None:
-    """Returns the cell nearest to a point that the wave has come to."""
+    """Returns the cell nearest to a point among those that the wave reached."""
     rows, columns = potential.shape
     low = costmap.cell_at(x - tolerance, y - tolerance)
     high = costmap.cell_at(x + tolerance, y + tolerance)
@@ -149,12 +151,12 @@ def _why(
     goal: tuple[float, float],
     tolerance: float,
 ) -> str:
-    """Returns why there is no way, in words."""
+    """Returns the reason why there is no path."""
     at_start, at_goal = costmap.cost_at(*start), costmap.cost_at(*goal)
     words = {
         LETHAL: "is in an obstacle",
         INSCRIBED: "is nearer to an obstacle than the robot's radius",
-        UNKNOWN: "is where nothing is known",
+        UNKNOWN: "is in unknown space",
     }
     if at_goal >= INSCRIBED:
         return (
@@ -163,7 +165,7 @@ def _why(
         )
     if INSCRIBED <= at_start < UNKNOWN:
         return f"the start {_at(*start)} {words[at_start]}"
-    return f"there is no way from {_at(*start)} to the goal {_at(*goal)}"
+    return f"there is no path from {_at(*start)} to the goal {_at(*goal)}"
 
 
 def _at(x: float, y: float) -> str:
@@ -171,14 +173,10 @@ def _at(x: float, y: float) -> str:
 
 
 def smooth_path(points: Array, costmap: Costmap) -> Array:
-    """Returns a way averaged along its length, with the same two ends.
+    """Returns a path (k, 2) smoothed along its length, with the same ends.
 
-    It is averaged less, or not at all, if it would lead through much higher
-    costs otherwise.
-
-    Args:
-        points: Shape (k, 2), in W, in meters.
-        costmap: What it costs to be where.
+    It is smoothed less, or not at all, if it would otherwise cross much higher
+    costs.
     """
     if len(points) < 3:
         return points
@@ -187,7 +185,7 @@ def smooth_path(points: Array, costmap: Costmap) -> Array:
     allowed = np.maximum(_costs(costmap, points), 0.5 * INSCRIBED)
     for length in _LENGTHS:
         sigma = length / spacing
-        # Mirrored through its ends, so that these stay where they are.
+        # Mirrored at its ends, so that these stay fixed.
         near = min(int(4 * sigma) + 1, len(points) - 1)
         mirrored = np.pad(
             points, ((near, near), (0, 0)), "reflect", reflect_type="odd"

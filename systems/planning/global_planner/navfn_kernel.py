@@ -1,7 +1,6 @@
-"""The potential of NavFn and the way down it, compiled by numba.
+"""The potential of NavFn and the descent in it, compiled by numba.
 
-Cells are numbered ``row * columns + column``; a potential is infinite where
-it is not known.
+Cells are numbered ``row * columns + column``; an unknown potential is infinite.
 """
 
 import math
@@ -15,17 +14,18 @@ from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 _NEUTRAL = 50.0
 _FACTOR = 0.8
 _HIGHEST = 253.0
-# How far beyond the goal the wave goes on, for the slopes about it.
+# How far the wave continues beyond the goal, for the slopes around it.
 _BEYOND = 4 * _HIGHEST
-# The approximation: a polynomial of the difference of two neighbors.
+# The coefficients of the approximation, a polynomial in the difference of two
+# neighbors.
 _LEAST = np.float32(0.7040)
 _LINEAR = np.float32(0.5307)
 _SQUARE = np.float32(-0.2301)
 _UNSET = np.float32(math.inf)
-# Cells with higher potentials wait for the next list.
+# Cells with higher potentials are put in the next list.
 _FIRST_THRESHOLD = 254.0
 _THRESHOLD_STEP = 100.0
-# The length of a step of the way, in cells.
+# The step of the descent, in cells.
 _STEP = 0.5
 
 POTENTIALS = numba.types.Array(numba.float32, 2, "C", readonly=True)
@@ -33,7 +33,7 @@ POTENTIALS = numba.types.Array(numba.float32, 2, "C", readonly=True)
 
 @jit
 def cell_weight(cost, allow_unknown):
-    """Returns what it costs to cross a cell; infinite if nothing may."""
+    """Returns the cost of crossing a cell; infinite if it is impassable."""
     if cost < 253:
         return min(_HIGHEST, math.floor(_NEUTRAL + _FACTOR * cost))
     if cost == 255 and allow_unknown:
@@ -43,7 +43,7 @@ def cell_weight(cost, allow_unknown):
 
 @jit
 def _value(potential, n, columns, weight):
-    """Returns the potential that the neighbors of a cell give it."""
+    """Returns the potential of a cell from its neighbors."""
     a = min(potential[n - columns], potential[n + columns])
     b = min(potential[n - 1], potential[n + 1])
     low = min(a, b)
@@ -56,7 +56,7 @@ def _value(potential, n, columns, weight):
 
 @jit
 def _bordered(costs):
-    """Returns the costs in one row of cells, with the border blocked."""
+    """Returns the costs as a flat array, with a blocked border."""
     flat = np.full(costs.shape, 254, dtype=np.uint8)
     for row in range(1, costs.shape[0] - 1):
         for column in range(1, costs.shape[1] - 1):
@@ -66,7 +66,7 @@ def _bordered(costs):
 
 @jit
 def _weights(allow_unknown):
-    """Returns what it takes to cross a cell, by its cost."""
+    """Returns the crossing costs by the cost of a cell."""
     weights = np.empty(256, dtype=np.float32)
     for cost in range(256):
         weights[cost] = cell_weight(cost, allow_unknown)
@@ -78,16 +78,16 @@ def _weights(allow_unknown):
     *(READ_CELLS, INTEGER, INTEGER, INTEGER, INTEGER, numba.boolean),
 )
 def navfn_potential(costs, row, column, goal_row, goal_column, allow_unknown):
-    """Returns the cost of the way from a cell to each: shape (rows, columns).
+    """Returns the path costs from a cell to all others: shape (rows, columns).
 
-    The wave ends soon after it has come to the goal cell; cells that it has
-    not come to, and cells that may not be crossed, are infinite. The border of
-    the map may not be crossed, the first cell may.
+    The wave ends soon after it reaches the goal cell. Cells that it has not
+    reached and impassable cells are infinite. The border of the map is
+    impassable, the first cell is not.
 
-    The update of a cell is NavFn's approximation of the wave's equation. Cells
-    are updated in lists by their potential, again whenever a neighbor's sinks,
-    until none does. (The order matters for less than 0.5 % of one cell, for
-    the polynomial of the approximation rises above 1 just before its end.)
+    The update of a cell is NavFn's approximation of the wave equation. Cells
+    are updated in lists by potential, and again whenever a neighbor's potential
+    decreases. (The order changes the result by less than 0.5 % of one cell,
+    because the approximation's polynomial exceeds 1 just before its end.)
     """
     rows, columns = costs.shape
     count = rows * columns
@@ -97,7 +97,7 @@ def navfn_potential(costs, row, column, goal_row, goal_column, allow_unknown):
     start = row * columns + column
     goal = goal_row * columns + goal_column
     potential[start] = 0.0
-    # A cell is in one list only, so none is longer than all cells.
+    # Each cell is in at most one list, so no list is longer than all cells.
     queued = np.zeros(count, dtype=np.bool_)
     now = np.empty(count, dtype=np.int32)
     following = np.empty(count, dtype=np.int32)
@@ -124,7 +124,7 @@ def navfn_potential(costs, row, column, goal_row, goal_column, allow_unknown):
             potential[cell] = value
             for step in steps:
                 other = cell + step
-                # A potential is never below one that it is made from.
+                # A potential is never below the one that it follows from.
                 if (
                     queued[other]
                     or potential[other] <= value
@@ -153,9 +153,9 @@ def navfn_potential(costs, row, column, goal_row, goal_column, allow_unknown):
 
 @jit
 def _downhill(potential, i, j):
-    """Returns the direction (x, y) in which a potential falls at a cell.
+    """Returns the direction (x, y) in which the potential falls at a cell.
 
-    It has length 1, or 0 where nothing is known.
+    It has length 1, or 0 where the potential is unknown.
     """
     rows, columns = potential.shape
     if i < 1 or j < 1 or i > rows - 2 or j > columns - 2:
@@ -168,7 +168,7 @@ def _downhill(potential, i, j):
     dx = 0.0
     dy = 0.0
     if here == math.inf:
-        # Out of what is blocked, away from its other side.
+        # Out of a blocked cell, towards its known side.
         if left < math.inf:
             dx = -253.0
         elif right < math.inf:
@@ -186,7 +186,7 @@ def _downhill(potential, i, j):
             dy += below - here
         if above < math.inf:
             dy += here - above
-        # (Both differences point downhill to the right.)
+        # (Both differences are positive downhill to the right.)
     length = math.hypot(dx, dy)
     if length > 0:
         return dx / length, dy / length
@@ -209,12 +209,12 @@ def _lowest_neighbor(potential, i, j):
 
 @jit_as(numba.float64[:, ::1], POTENTIALS, INTEGER, INTEGER, INTEGER, INTEGER)
 def navfn_descent(potential, goal_row, goal_column, row, column):
-    """Returns the way down from a goal cell, shape (k, 2), in cells (x, y).
+    """Returns the descent from a goal cell, shape (k, 2), in cells (x, y).
 
-    It goes by steps of half a cell along the interpolated slope, and next to
-    cells without potential from cell to cell, until it is less than one free
-    cell away from where the wave began, (row, column). None (k = 0) if it
-    does not get there in 4 max(rows, columns) steps.
+    It moves in steps of half a cell along the interpolated slope, or from cell
+    to cell next to unknown ones, until it is less than one free cell from the
+    start of the wave (row, column). Empty (k = 0) if it does not arrive within
+    4 max(rows, columns) steps.
     """
     rows, columns = potential.shape
     most = 4 * max(rows, columns)
@@ -258,7 +258,7 @@ def navfn_descent(potential, goal_row, goal_column, row, column):
         gy = (1 - y) * ((1 - x) * ay + x * by) + y * ((1 - x) * cy + x * dy)
         length = math.hypot(gx, gy)
         if length == 0.0:
-            # On a ridge; to one side of it.
+            # On a ridge: leave it to one side.
             i, j = _lowest_neighbor(potential, i, j)
             x = 0.0
             y = 0.0

@@ -1,4 +1,4 @@
-"""MPPI: the local planner of Nav2 that samples and averages controls."""
+"""MPPI: Nav2's local planner, which samples and averages controls."""
 
 import lazy_loader
 

@@ -1,9 +1,9 @@
-"""The critics of MPPI, each of one rollout, compiled by numba.
+"""The critics of MPPI, each for one rollout, compiled by numba.
 
-They are those of nav2_mppi_controller in words of its manual, written anew,
-with power 1, and one about people. `poses` has shape (n, 3), rows (x, y, yaw)
-at the ends of the steps; `path` shape (k, 2), evenly spaced points of the local
-plan; `p` are `Parameters`.
+They are those of nav2_mppi_controller, reimplemented from its manual with power
+1, and one for people. `poses` has shape (n, 3), rows (x, y, yaw) at the ends of
+the steps; `path` has shape (k, 2), evenly spaced points of the local plan; `p`
+are `Parameters`.
 """
 
 import math
@@ -19,19 +19,19 @@ from hunav_drake.systems.planning.costmap.footprint import outline_cost
 _INSCRIBED = 253
 _LETHAL = 254
 
-# Weaker forces than this part of the largest do not count: exp(-5) is 0.7 %.
+# Forces below exp(-5), 0.7 %, of the largest are neglected.
 _FAINT = 5.0
 
 
 @jit
 def angle_between(a, b):
-    """Returns the size of the turn from one heading to another."""
+    """Returns the absolute angle between two headings, in radians."""
     return abs((a - b + math.pi) % (2 * math.pi) - math.pi)
 
 
 @jit
 def constraint_score(velocities, p):
-    """Returns how far, and how long, the velocity is out of its bounds."""
+    """Returns the excess of the velocity over its bounds, summed over time."""
     total = 0.0
     for k in range(len(velocities)):
         v = velocities[k, 0]
@@ -53,9 +53,9 @@ def cell_cost(costs, ox, oy, inverse, x, y):
 
 @jit
 def cost_score(poses, costs, ox, oy, resolution, polygon, to_goal, p):
-    """Returns the mean cost of the cells on the way; infinite in a collision.
+    """Returns the mean cost along the trajectory; infinite for a collision.
 
-    Near the goal only what is critical counts.
+    Near the goal, only critical costs count.
     """
     inverse = 1.0 / resolution
     every = int(p.cost_step)
@@ -98,7 +98,7 @@ def goal_score(poses, goal):
 
 @jit
 def goal_angle_score(poses, goal):
-    """Returns the mean turn that the heading lacks to that of the goal."""
+    """Returns the mean angle between the heading and that of the goal."""
     total = 0.0
     for k in range(len(poses)):
         total += angle_between(poses[k, 2], goal[2])
@@ -107,16 +107,10 @@ def goal_angle_score(poses, goal):
 
 @jit
 def path_align_score(start_x, start_y, poses, path, spacing, free, p):
-    """Returns the mean distance from the plan, at the same length of way.
+    """Returns the mean distance from the plan at equal path length.
 
-    Args:
-        start_x: Where the robot is.
-        start_y: The same along the other axis.
-        poses: The rollout.
-        path: The local plan.
-        spacing: The distance of its points, in meters.
-        free: For each of them, whether nothing is there.
-        p: The parameters.
+    The plan's points are `spacing` apart, in meters; only those count that are
+    `free`. The robot starts at (start_x, start_y).
     """
     every = int(p.path_align_step)
     x = start_x
@@ -139,7 +133,7 @@ def path_align_score(start_x, start_y, poses, path, spacing, free, p):
 
 @jit
 def path_follow_score(poses, path, free, reached, p):
-    """Returns how far the end is from a point a bit beyond what all reach."""
+    """Returns the distance from the end to a point beyond those reached."""
     last = len(path) - 1
     i = min(reached + int(p.path_follow_offset), last)
     while i < last and not free[i]:
@@ -151,14 +145,14 @@ def path_follow_score(poses, path, free, reached, p):
 
 @jit
 def angle_point(path, reached, p):
-    """Returns the point (x, y) ahead that PathAngle turns to."""
+    """Returns the point (x, y) ahead that PathAngle faces."""
     i = min(reached + int(p.path_angle_offset), len(path) - 1)
     return path[i, 0], path[i, 1]
 
 
 @jit
 def path_angle_score(poses, x, y):
-    """Returns the mean turn that the heading lacks towards a point (x, y)."""
+    """Returns the mean angle between the heading and a point (x, y)."""
     total = 0.0
     for k in range(len(poses)):
         to = math.atan2(y - poses[k, 1], x - poses[k, 0])
@@ -168,7 +162,7 @@ def path_angle_score(poses, x, y):
 
 @jit
 def prefer_forward_score(velocities, p):
-    """Returns how far the robot drives back, in meters."""
+    """Returns the distance driven backwards, in meters."""
     total = 0.0
     for k in range(len(velocities)):
         total += max(-velocities[k, 0], 0.0)
@@ -177,19 +171,14 @@ def prefer_forward_score(velocities, p):
 
 @jit
 def social_score(poses, velocities, humans, forces, p):
-    """Returns the mean social work on the way, in m/s^2.
+    """Returns the mean social work along the trajectory, in m/s^2.
 
-    It is the size of the social force of all people on the robot plus the
-    sizes of those of the robot on each of them; people go on as they walk.
-    (As in Perez-Higueras et al. 2014 and in the social force window planner.)
-    A force of one is the opposite of that of the other.
-
-    Args:
-        poses: The rollout.
-        velocities: Shape (n, 2), rows (v, omega).
-        humans: Shape (m, 7): the rows of the people now.
-        forces: The parameters of the social force.
-        p: The parameters.
+    Social work is the magnitude of the social force of all people on the robot
+    plus the magnitudes of the robot's forces on each of them; people keep their
+    velocity. (As in Perez-Higueras et al. 2014 and in the social force window
+    planner.) The two forces of a pair are opposite. `velocities` has rows (v,
+    omega), `humans` the current rows of the people, `forces` the parameters of
+    the social force.
     """
     every = int(p.social_step)
     total = 0.0
@@ -208,7 +197,7 @@ def social_score(poses, velocities, humans, forces, p):
             dvx = vx - humans[i, VX]
             dvy = vy - humans[i, VY]
             if r > 0:
-                # The length that `pair_force` decays with, but faster.
+                # The decay length of `pair_force`, in a faster form.
                 ix = forces[LAMBDA] * dvx + dx / r
                 iy = forces[LAMBDA] * dvy + dy / r
                 b = forces[GAMMA] * math.sqrt(ix * ix + iy * iy)
@@ -224,12 +213,7 @@ def social_score(poses, velocities, humans, forces, p):
 
 @jit
 def furthest_reached(ends, path):
-    """Returns the furthest of the points that are nearest to an end.
-
-    Args:
-        ends: Shape (m, 2): where the rollouts end.
-        path: The local plan.
-    """
+    """Returns the index of the furthest path point nearest to any end."""
     result = 0
     for i in range(len(ends)):
         nearest = 0
@@ -247,12 +231,12 @@ def furthest_reached(ends, path):
 
 @jit
 def free_points(path, costs, ox, oy, resolution):
-    """Returns for each point of the plan whether nothing is there."""
+    """Returns for each point of the plan whether it is free."""
     result = np.empty(len(path), dtype=np.bool_)
     for k in range(len(path)):
         cost = cell_cost(
             costs, ox, oy, 1.0 / resolution, path[k, 0], path[k, 1]
         )
-        # (Beyond the map nothing is known to be.)
+        # (Points beyond the map count as free.)
         result[k] = cost < _INSCRIBED or cost == 255
     return result

@@ -1,4 +1,4 @@
-"""One improvement of MPPI's controls: roll out, score, average, by numba."""
+"""One iteration of MPPI: roll out, score and average, by numba."""
 
 import math
 
@@ -37,7 +37,7 @@ _CUBE = numba.types.Array(numba.float64, 3, "C", readonly=True)
 
 @jit
 def _switches(state, goal, path, free, reached, weights, p):
-    """Returns which critics have a say, shape (NUM_SCORES,)."""
+    """Returns which critics are on, by `Critic`, and the goal distance."""
     on = np.zeros(NUM_SCORES, dtype=np.bool_)
     for critic in range(1, _CONTROL):
         on[critic] = weights[critic] != 0
@@ -62,13 +62,13 @@ def _switches(state, goal, path, free, reached, weights, p):
     return on, to_goal
 
 
-# (Its many arrays in three lines, not in twenty.)
+# (Three lines of arguments instead of twenty.)
 @jit
 def _score(
     state, poses, velocities, goal, path, spacing, free, reached, on, to_goal,
     costs, ox, oy, resolution, polygon, humans, forces, weights, p, out,
 ):  # fmt: skip
-    """Writes the scaled scores of one rollout; whether it does not collide."""
+    """Writes the scores of a rollout; returns whether it is collision-free."""
     out[:] = 0.0
     if on[Critic.CONSTRAINT]:
         out[Critic.CONSTRAINT] = critics.constraint_score(velocities, p)
@@ -78,7 +78,7 @@ def _score(
             poses, costs, ox, oy, resolution, polygon, to_goal, p
         )
         collides = cost == math.inf
-        # As a part of the cost of something lethal.
+        # As a fraction of the lethal cost.
         out[Critic.COST] = 0.0 if collides else cost / 254
     if on[Critic.GOAL]:
         out[Critic.GOAL] = critics.goal_score(poses, goal)
@@ -110,22 +110,18 @@ def _score(
 
 @jit
 def average(sampled, totals, temperature):
-    """Returns the mean of samples by how good they are.
+    """Returns the mean of samples (m, n, 2), weighted by totals (m,).
 
-    They weigh exp(-(total - least total) / temperature) (Williams et al. 2017,
-    "Information theoretic MPC for model-based reinforcement learning", Alg. 2).
-
-    Args:
-        sampled: Shape (m, n, 2).
-        totals: Shape (m,): the lower, the better.
-        temperature: How much worse is worse by a factor of e.
+    The weights are exp(-(total - least total) / temperature) (Williams et al.
+    2017, "Information theoretic MPC for model-based reinforcement learning",
+    Alg. 2).
     """
     least = totals.min()
     result = np.zeros(sampled.shape[1:])
     whole = 0.0
     for i in range(len(totals)):
         weight = math.exp(-(totals[i] - least) / temperature)
-        # What is lighter is lost in rounding anyway.
+        # Smaller weights are lost in rounding.
         if weight > 1e-12:
             whole += weight
             for k in range(result.shape[0]):
@@ -163,30 +159,21 @@ def improve(
     weights,
     parameters,
 ):
-    """Samples controls around the last ones, and averages them.
+    """Samples controls around the last ones and averages them.
 
-    Args:
-        state: (x, y, yaw, v, omega) of the robot.
-        controls: Shape (n, 2), rows (v, omega): the last ones.
-        past: Shape (4, 2): those before.
-        noise: Shape (m, n, 2), standard normal: for m rollouts.
-        goal: (x, y, yaw) of the end of the whole plan.
-        path: Shape (k, 2), k > 0: the local plan, evenly spaced.
-        spacing: The distance of its points, in meters.
-        costs: Those of the local map.
-        ox: The origin of the map.
-        oy: The same along the other axis.
-        resolution: The side of a cell.
-        polygon: The outline of the robot, shape (j, 2).
-        humans: Shape (i, 7): the rows of the people.
-        forces: The parameters of the social force.
-        weights: Shape (11,): those of the critics, by `Critic`.
-        parameters: See `Parameters`.
+    `state` is (x, y, yaw, v, omega) of the robot; `controls` (n, 2) are the
+    last ones and `past` (4, 2) those before them, rows (v, omega); `noise` (m,
+    n, 2) is standard normal, for m rollouts. `goal` is the end (x, y, yaw) of
+    the global plan; `path` (k, 2), k > 0, are points of the local plan,
+    `spacing` apart, in meters. `costs`, (ox, oy) and `resolution` are those of
+    the local costmap; `polygon` (j, 2) is the footprint; `humans` are the rows
+    of the people; `forces` are the parameters of the social force, `weights`
+    (11,) those of the critics, by `Critic`.
 
     Returns:
-        How many rollouts do not collide, the new controls, the scores, shape
-        (m, 11) (the total, the scaled ones of the critics, and how far the
-        controls are from the last ones), and the poses, shape (m, n, 3).
+        The number of collision-free rollouts, the new controls, the scores,
+        shape (m, 11) (the total, the weighted ones of the critics, and the
+        deviation from the last controls), and the poses, shape (m, n, 3).
     """
     p = _parameters_in(parameters)
     count = noise.shape[0]
@@ -199,7 +186,7 @@ def improve(
     hold = int(p.hold)
     for i in range(count):
         for k in range(steps):
-            # The first control is on its way to the robot already.
+            # The first control has already been sent to the robot.
             scale = 0.0 if k == 0 and hold > 0 else 1.0
             draw = command_of(k, hold)
             sampled[i, k, 0] = (

@@ -1,4 +1,4 @@
-"""MPPI: the local planner of Nav2 that samples and averages controls."""
+"""MPPI: Nav2's local planner, which samples and averages controls."""
 
 from dataclasses import astuple, field
 import functools
@@ -45,15 +45,14 @@ from hunav_drake.systems.robot.robot_config import (
 )
 from hunav_drake.systems.world.maps.costs import Costmap
 
-FAULT = "each way ahead leads into something"
+FAULT = "no velocity is free of collision"
 
-# Of a cycle, one after the other: draws of the improvements, and of the second
-# try.
+# The number of attempts in a cycle; each takes its own noise.
 _TRIES = 2
 
 
-# The distance within which the goal counts as reached that weights are meant
-# for, in meters; and a turn that leaves any heading, in radians.
+# The goal tolerance that the weights are meant for, in meters, and the yaw
+# tolerance that allows any heading, in radians.
 _USUAL_TOLERANCE = 0.25
 _ANY_HEADING = 3.14
 
@@ -66,112 +65,113 @@ Points = Annotated[Integer, Field(ge=0, le=10_000)]
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticWeights:
-    """How much each critic counts; 0 leaves it out."""
+    """Weights of the critics; 0 turns a critic off."""
 
     constraint: Weight = 4.0
-    """How much counts to stay within the bounds of the velocity."""
+    """Weight of the Constraint critic: velocities beyond their bounds."""
 
     cost: Weight = 3.81
-    """How much counts to keep away from what the local map shows."""
+    """Weight of the Cost critic: costs of the local costmap."""
 
     goal: Weight = 5.0
-    """How much counts to get to the goal, when near it; for a `goal_tolerance`
-    below 0.25 m, more by as much as it is smaller."""
+    """Weight of the Goal critic: distance from the goal, when near it. A
+    `goal_tolerance` below 0.25 m increases it in inverse proportion."""
 
     goal_angle: Weight = 3.0
-    """How much counts to turn to the heading of the goal, when near it; 0 where
-    `goal_yaw_tolerance` leaves any heading."""
+    """Weight of the GoalAngle critic: angle to the goal's heading, when near
+    it. It is 0 where `goal_yaw_tolerance` allows any heading."""
 
     path_align: Weight = 14.0
-    """How much counts to stay on the global plan."""
+    """Weight of the PathAlign critic: distance from the global plan."""
 
     path_follow: Weight = 5.0
-    """How much counts to get on along the global plan."""
+    """Weight of the PathFollow critic: progress along the global plan."""
 
     path_angle: Weight = 2.0
-    """How much counts to be turned to the global plan."""
+    """Weight of the PathAngle critic: angle to the global plan."""
 
     prefer_forward: Weight = 5.0
-    """How much counts not to drive backwards."""
+    """Weight of the PreferForward critic: distance driven backwards."""
 
     social: Weight = 1.0
-    """How much counts little social force between the robot and people; 0
-    leaves MPPI as Nav2 has it."""
+    """Weight of the Social critic: social forces between the robot and people.
+    0 gives Nav2's MPPI."""
 
 
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class CriticSettings:
-    """What the critics are parametrized by besides their weights."""
+    """Parameters of the critics besides their weights."""
 
     collision_cost: Weight = 1e6
-    """What it costs to collide."""
+    """Cost of a collision."""
 
     critical_cost: Weight = 300.0
-    """With the outline of the robot: what it costs to have its middle so near
-    to something that in some heading it would collide, as a cost of cells."""
+    """With `consider_footprint`: cost of a robot center so near to an obstacle
+    that the robot would collide with it at some heading, on the scale of cell
+    costs."""
 
     consider_footprint: StrictBool = False
-    """Whether a collision is that of the outline; else that of the disc."""
+    """Whether collisions are checked with the robot's footprint; otherwise with
+    its disc."""
 
     near_goal_distance: Length = 1.0
-    """How near to the goal costs of cells that are not critical are ignored, in
+    """Distance from the goal below which non-critical costs are ignored, in
     meters."""
 
     goal_threshold: Length = 1.4
-    """How near to the goal the critic Goal begins, in meters."""
+    """Goal: distance from the goal below which it counts, in meters."""
 
     goal_angle_threshold: Length = 0.5
-    """How near to the goal the critic GoalAngle begins, in meters; no farther
-    than `goal_tolerance`, if that is below 0.25 m."""
+    """GoalAngle: distance from the goal below which it counts, in meters; at
+    most `goal_tolerance`, if that is below 0.25 m."""
 
     path_follow_threshold: Length = 1.4
-    """How near to the goal the critic PathFollow ends, in meters."""
-
-    path_threshold: Length = 0.5
-    """How near to the goal PathAlign, PathAngle and PreferForward end, in
+    """PathFollow: distance from the goal below which it does not count, in
     meters."""
 
+    path_threshold: Length = 0.5
+    """PathAlign, PathAngle, PreferForward: distance from the goal below which
+    they do not count, in meters."""
+
     path_align_offset: Points = 20
-    """How many points of the plan must be reached for PathAlign to count."""
+    """PathAlign: number of path points that must be reached for it to count."""
 
     max_path_occupancy_ratio: Annotated[StrictFloat, within(0, 1)] = 0.05
-    """Which part of these points may be blocked at most, for PathAlign to
+    """PathAlign: maximum fraction of these points that may be blocked for it to
     count."""
 
     path_follow_offset: Points = 5
-    """How many points beyond the furthest that is reached PathFollow looks."""
+    """PathFollow: number of path points from the furthest reached to the
+    target."""
 
     path_angle_offset: Points = 4
-    """How many points beyond the furthest that is reached PathAngle looks."""
+    """PathAngle: number of path points from the furthest reached to the target.
+    """
 
     max_angle_to_furthest: Annotated[StrictFloat, within(0, math.pi, "rad")] = (
         1.0
     )
-    """The turn from which on PathAngle counts, in radians."""
+    """PathAngle: angle to the target above which it counts, in radians."""
 
     cost_step: Steps = 2
-    """At every how many steps of a rollout Cost looks."""
+    """Cost: stride in steps of a rollout at which it is evaluated."""
 
     path_align_step: Steps = 4
-    """At every how many steps of a rollout PathAlign looks."""
+    """PathAlign: stride in steps of a rollout at which it is evaluated."""
 
     social_step: Steps = 4
-    """At every how many steps of a rollout Social looks."""
+    """Social: stride in steps of a rollout at which it is evaluated."""
 
 
 class Setting(NamedTuple):
-    """What follows from the parameters of MPPI and the task.
+    """Values derived from the parameters and the task.
 
-    Attributes:
-        p: The parameters, by name.
-        values: As one array, which kernels read.
-        weights: Shape (11,): those of the critics, by `Critic`.
-        forces: Those of the social force.
-        steps: How many steps a rollout has.
-        hold: For how many of them a command holds: the controls move on by
-            as many in a cycle. 0 for steps longer than a cycle, in which they
-            stay where they are.
+    `p` are the parameters, also as an array for kernels: `values`. `weights`,
+    shape (11,), are those of the critics, by `Critic`; `forces` those of the
+    social force. A rollout has `steps` steps, for `hold` of which a command
+    holds; the controls shift by as many per cycle. 0 is for steps longer than a
+    cycle, where they do not shift.
     """
 
     p: Parameters
@@ -183,13 +183,13 @@ class Setting(NamedTuple):
 
 
 class Rollouts(NamedTuple):
-    """All that MPPI has weighed in one improvement.
+    """All rollouts of one iteration of MPPI.
 
     Attributes:
-        alive: How many of them do not collide.
+        alive: The number of collision-free rollouts.
         controls: Shape (steps, 2): the average, rows (v, omega).
-        scores: Shape (batch_size, 11): the total, the scaled scores of the
-            critics, `Critic` in their order, and how far they leave the last
+        scores: Shape (batch_size, 11): the total, the weighted scores of the
+            critics in the order of `Critic`, and the deviation from the last
             controls.
         poses: Shape (batch_size, steps, 3), rows (x, y, yaw).
     """
@@ -203,91 +203,92 @@ class Rollouts(NamedTuple):
 @register_planner("mppi")
 @dataclass(kw_only=True, config=CONFIG)
 class MppiPlanner(NavigationPlanner):
-    """Samples controls around the last best ones, and averages the good ones.
+    """Samples controls around the last ones and averages them by their scores.
 
-    Model predictive path integral control (Williams et al. 2017): in each
-    cycle it adds noise to the controls of the next seconds, `batch_size`
-    times, predicts for each where the robot goes, and takes the mean by how
-    well critics like it. The parameters are those of nav2_mppi_controller; to
-    its critics one is added, of the social forces between robot and people.
+    Model predictive path integral control (Williams et al. 2017): in each cycle
+    it adds noise to the controls of the next seconds, `batch_size` times,
+    predicts the trajectory of each, and takes the mean weighted by critic
+    scores. The parameters are those of nav2_mppi_controller; one critic is
+    added, for the social forces between robot and people.
 
-    The draws follow from `noise_seed` and the number of the cycle.
+    The noise depends on `noise_seed` and the number of the cycle.
     """
 
     initial_control: ClassVar[Any] = MppiMemory()
 
     time_steps: Annotated[Integer, Field(ge=2, le=1000)] = 56
-    """How many steps of `model_dt` it looks ahead: with 0.05 s each, 2.8 s,
-    whatever the period of the planner."""
+    """Number of prediction steps of `model_dt`: with 0.05 s, a horizon of 2.8 s
+    for any period of the planner."""
 
     model_dt: Annotated[StrictFloat, within(1e-3, 1, "s")] = 0.05
-    """How long each of these steps is, in seconds. Where a command holds for
-    longer, they are a bit shorter, so that it holds for whole steps, but never
-    shorter than a step of the trial."""
+    """Duration of a prediction step, in seconds. Where a command holds for
+    longer, steps are shortened so that it holds for a whole number of them, but
+    never below a step of the trial."""
 
     batch_size: Annotated[Integer, Field(ge=1, le=100_000)] = 1000
-    """How many rollouts there are in a cycle."""
+    """Number of rollouts per iteration."""
 
     iteration_count: Annotated[Integer, Field(ge=1, le=100)] = 1
-    """How often a cycle improves its controls, each time with new rollouts."""
+    """Number of iterations per cycle, each with new rollouts."""
 
     max_vel_x: PositiveSpeed = 0.6
-    """The largest speed forwards, in m/s. What the robot can do limits it, too.
-    """
+    """Maximum forward speed, in m/s. The robot's own limit holds, too."""
 
     max_reverse_vel_x: Speed = 0.35
-    """The largest speed backwards, in m/s; limited as above."""
+    """Maximum backward speed, in m/s. The robot's own limit holds, too."""
 
     max_vel_theta: TurnRate = 1.9
-    """The largest turn rate, in rad/s; limited as above."""
+    """Maximum turn rate, in rad/s. The robot's own limit holds, too."""
 
     max_acc_x: Acceleration = 3.0
-    """How fast the speed changes at most, in m/s^2; limited as above."""
+    """Maximum linear acceleration, in m/s^2. The robot's own limit holds, too.
+    """
 
     max_acc_theta: TurnAcceleration = 3.5
-    """How fast the turn rate changes at most, in rad/s^2; limited as above."""
+    """Maximum angular acceleration, in rad/s^2. The robot's own limit holds,
+    too."""
 
     vx_std: Deviation = 0.2
-    """The standard deviation of the noise of speeds, in m/s."""
+    """Standard deviation of the noise of speeds, in m/s."""
 
     wz_std: Deviation = 0.4
-    """The standard deviation of the noise of turn rates, in rad/s."""
+    """Standard deviation of the noise of turn rates, in rad/s."""
 
     noise_seed: Annotated[Integer, Field(ge=0, lt=2**63)] = 0
-    """The seed of the noise."""
+    """Seed of the noise."""
 
     regenerate_noises: StrictBool = True
-    """Whether each cycle has noise of its own; else all have the same."""
+    """Whether each cycle draws new noise; otherwise all use the same."""
 
     temperature: Annotated[StrictFloat, within(1e-6, 1e6)] = 0.3
-    """How much worse a rollout must be to count less by a factor of e."""
+    """Score difference that lowers the weight of a rollout by a factor e."""
 
     gamma: Annotated[StrictFloat, within(0, 1e3)] = 0.015
-    """How much it costs to leave the last controls."""
+    """Weight of the deviation from the last controls."""
 
     prune_distance: PositiveLength = 1.9
-    """How far the local plan goes, in meters."""
+    """Length of the local plan, in meters."""
 
     path_spacing: Annotated[StrictFloat, within(1e-3, 1, "m")] = 0.05
-    """The distance between its points, in meters."""
+    """Distance between points of the local plan, in meters."""
 
     weights: CriticWeights = field(default_factory=CriticWeights)
-    """How much each critic counts."""
+    """Weights of the critics."""
 
     critics: CriticSettings = field(default_factory=CriticSettings)
-    """What else the critics are parametrized by."""
+    """Other parameters of the critics."""
 
     social_force: SocialForceParameters = field(
         default_factory=SocialForceParameters
     )
-    """The social forces of the critic Social."""
+    """Parameters of the social forces in the Social critic."""
 
     def local_span(
         self, task: PlanningTask, view: View, poses: Array, first: int
     ) -> tuple[int, int]:
         """Returns which poses are local: see `NavigationPlanner.local_span`.
 
-        From the nearest one, to the last that is `prune_distance` along.
+        They range from the nearest one over a path length of `prune_distance`.
         """
         begin, end = NavigationPlanner.local_span(
             self, task, view, poses, first
@@ -306,11 +307,33 @@ class MppiPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        return optimize(self, task, view, local, costmap, memory)
+        made = self.once(task, "mppi", lambda: setting(self, task))
+        number = 0
+        for attempt in range(_TRIES):
+            tried = memory
+            if attempt > 0:
+                # The old controls may be what leads to a collision.
+                tried = MppiMemory(cycle=memory.cycle)
+            alive = 0
+            for _ in range(self.iteration_count):
+                if self.regenerate_noises:
+                    per_cycle = _TRIES * self.iteration_count
+                    number = memory.cycle * per_cycle + number % per_cycle
+                result = roll_out_all(
+                    self, task, view, local, costmap, tried, number
+                )
+                number += 1
+                # (They are not finite only for a Context with invalid values.)
+                is_finite = np.isfinite(result.controls).all()
+                alive = result.alive if is_finite else 0
+                tried = tried._replace(controls=result.controls)
+            if alive > 0:
+                return _command(tried, made)
+        return Control(0.0, 0.0, memory, FAULT)
 
 
 def setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
-    """Returns what follows from the parameters of MPPI and the task."""
+    """Returns the values derived from the parameters and the task."""
     limits, critics = task.limits, planner.critics
     dt, hold = planner.model_dt, 0
     if planner.period > dt * (1 - 1e-9):
@@ -336,8 +359,8 @@ def setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
     weights = np.zeros(NUM_SCORES)
     for name, weight in vars(planner.weights).items():
         weights[Critic[name.upper()]] = weight
-    # The critics of the goal must not balance each other before it is reached,
-    # as where the robot stands beside it, with the right heading.
+    # The goal critics must not balance before the goal is reached, as where the
+    # robot stands beside it with the right heading.
     if task.goal_tolerance < _USUAL_TOLERANCE:
         weights[Critic.GOAL] *= _USUAL_TOLERANCE / task.goal_tolerance
         values["goal_angle_threshold"] = min(
@@ -354,16 +377,9 @@ def setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
 
 @functools.lru_cache(maxsize=2)
 def draw_noise(seed: int, number: int, batch: int, steps: int) -> Array:
-    """Returns standard normal noise that follows from a seed and a number.
+    """Returns standard normal noise for a seed and a draw, read-only.
 
-    Args:
-        seed: In [0, 2^63).
-        number: Which draw it is.
-        batch: How many rollouts there are.
-        steps: How many steps each has.
-
-    Returns:
-        Shape (batch, steps, 2), read-only.
+    The seed is in [0, 2^63); the shape is (batch, steps, 2).
     """
     bits = np.random.Philox(key=[seed, number])
     noise = np.random.Generator(bits).standard_normal((batch, steps, 2))
@@ -372,12 +388,10 @@ def draw_noise(seed: int, number: int, batch: int, steps: int) -> Array:
 
 
 def even_path(poses: Array, spacing: float) -> Array:
-    """Returns points at equal distances along a plan, shape (k, 2), k > 0.
+    """Returns evenly spaced points along a plan, shape (k, 2), k > 0.
 
-    Args:
-        poses: Shape (j, 3), j > 0, rows (x, y, yaw).
-        spacing: The distance, in meters. The last point is the plan's end, if
-            that is not another half of it away.
+    The last point is the end of the plan, or less than half the spacing before
+    it. In meters.
     """
     steps = np.diff(poses[:, :2], axis=0)
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
@@ -404,21 +418,14 @@ def roll_out_all(
     memory: MppiMemory,
     number: int = 0,
 ) -> Rollouts:
-    """Returns what MPPI weighs in one improvement, for those who look at it.
+    """Returns all rollouts of one iteration, for inspection, too.
 
-    Args:
-        planner: The parameters.
-        task: What does not change.
-        view: What the planner sees.
-        local: What is to be followed.
-        costmap: The local map.
-        memory: What it remembers.
-        number: Which draw of noise it takes.
+    `number` is that of the noise draw.
     """
-    # Reading a scenario does without numba.
+    # Imported here, so that reading a scenario does not load numba.
     from hunav_drake.systems.planning.mppi.improving import improve
 
-    made = _setting(planner, task)
+    made = planner.once(task, "mppi", lambda: setting(planner, task))
     controls = memory.controls
     if len(controls) != made.steps:
         controls = np.zeros((made.steps, 2))
@@ -437,43 +444,10 @@ def roll_out_all(
     return Rollouts(*result)
 
 
-def optimize(
-    planner: MppiPlanner,
-    task: PlanningTask,
-    view: View,
-    local: LocalPlan,
-    costmap: Costmap,
-    memory: MppiMemory,
-) -> Control:
-    """Returns the command of one cycle: see `MppiPlanner.control`."""
-    made = _setting(planner, task)
-    number = 0
-    for attempt in range(_TRIES):
-        tried = memory
-        if attempt > 0:
-            # It may be the old controls that lead into something.
-            tried = MppiMemory(cycle=memory.cycle)
-        alive = 0
-        for _ in range(planner.iteration_count):
-            if planner.regenerate_noises:
-                per_cycle = _TRIES * planner.iteration_count
-                number = memory.cycle * per_cycle + number % per_cycle
-            result = roll_out_all(
-                planner, task, view, local, costmap, tried, number
-            )
-            number += 1
-            # (Controls that are not finite follow from a Context made up.)
-            alive = result.alive if np.isfinite(result.controls).all() else 0
-            tried = tried._replace(controls=result.controls)
-        if alive > 0:
-            return _command(tried, made)
-    return Control(0.0, 0.0, memory, FAULT)
-
-
 def _command(memory: MppiMemory, made: Setting) -> Control:
-    """Returns the command that new controls begin with, and what is kept."""
+    """Returns the command at the start of new controls, with the new memory."""
     controls, hold = memory.controls, made.hold
-    # The first control is that of the last command.
+    # The first control is the last command.
     place = min(hold, 1)
     v = min(max(controls[place, 0], made.p.min_v), made.p.max_v)
     most = made.p.max_turn
@@ -487,7 +461,3 @@ def _command(memory: MppiMemory, made: Setting) -> Control:
         array.setflags(write=False)
     memory = MppiMemory(controls, past, memory.cycle + 1)
     return Control(float(v), float(omega), memory)
-
-
-def _setting(planner: MppiPlanner, task: PlanningTask) -> Setting:
-    return planner.once(task, "mppi", lambda: setting(planner, task))

@@ -1,4 +1,4 @@
-"""What MPPI remembers from one cycle to the next."""
+"""The memory of MPPI between cycles."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 
-# How many past commands the smoothing looks at.
+# The number of past commands that the smoothing uses.
 PAST = 4
 
 _NONE: Array = np.zeros((0, 2))
@@ -16,14 +16,13 @@ _STANDING.setflags(write=False)
 
 
 class MppiMemory(NamedTuple):
-    """The best controls so far, and what the noise follows from.
+    """The last controls, and the cycle that the noise depends on.
 
     Attributes:
         controls: Shape (time_steps, 2), rows (v, omega), in m/s and rad/s;
             empty before the first cycle. Read-only.
-        past: Shape (4, 2): the controls before these, the oldest first.
-            Read-only.
-        cycle: How many cycles there were, which the noise depends on.
+        past: Shape (4, 2): the previous controls, the oldest first. Read-only.
+        cycle: The number of past cycles.
     """
 
     controls: Array = _NONE

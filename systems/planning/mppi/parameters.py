@@ -1,13 +1,13 @@
-"""MPPI's critics, and its parameters, as its kernels take them."""
+"""MPPI's critics and parameters for its kernels."""
 
 from enum import IntEnum
 from typing import NamedTuple
 
 
 class Critic(IntEnum):
-    """The columns of scores after the total: `CriticWeights` in their order.
+    """The columns of scores after the total, in the order of `CriticWeights`.
 
-    The last one is no critic: how far controls are from the last ones.
+    The last one is not a critic: the deviation from the last controls.
     """
 
     CONSTRAINT = 1
@@ -26,20 +26,12 @@ NUM_SCORES = 1 + len(Critic)
 
 
 class Parameters(NamedTuple):
-    """What rollouts are drawn within, and weighed by; all are floats.
+    """The bounds of rollouts and the parameters of scores; all are floats.
 
-    Attributes:
-        dt: The step of rollouts, in seconds.
-        min_v: The least speed, in m/s.
-        max_v: The largest speed, in m/s.
-        max_turn: The largest turn rate, in rad/s.
-        acc_v: How fast the speed changes, in m/s^2.
-        acc_turn: How fast the turn rate changes, in rad/s^2.
-        std_v: The standard deviation of the noise of speeds, in m/s.
-        std_turn: That of turn rates, in rad/s.
-        hold: For how many steps a command holds: see `Setting`.
-
-    The others are those of `MppiPlanner` and of its `CriticSettings`.
+    `dt` is the time step of rollouts, `v` are speeds, `turn` turn rates, `acc`
+    their maximum rates of change, and `std` the standard deviations of their
+    noise; in SI units. A command holds for `hold` steps: see `Setting`. The
+    others are those of `MppiPlanner` and its `CriticSettings`.
     """
 
     dt: float

@@ -1,4 +1,4 @@
-"""Rollouts of a robot with two wheels under sampled controls, by numba."""
+"""Rollouts of a differential drive under sampled controls, by numba."""
 
 import math
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
 
-# The weights of the quadratic that fits nine points best, at its middle
-# (Savitzky and Golay 1964, table I).
+# The weights of a quadratic fit to nine points, at its center (Savitzky and
+# Golay 1964, table I).
 SMOOTHING = (
     -21 / 231,
     14 / 231,
@@ -23,33 +23,27 @@ SMOOTHING = (
 
 @jit
 def command_of(step, hold):
-    """Returns which command a step belongs to, when each holds for `hold`.
+    """Returns the command of a step, if each command holds for `hold` steps.
 
-    The first step has the last command of all; 0 for one command per step.
+    The first step has the previous command; `hold` 0 is one command per step.
     """
     return step if hold <= 1 else (step + hold - 1) // hold
 
 
 @jit
 def toward(now, wanted, most):
-    """Returns a velocity moved towards another, by so much at most."""
+    """Returns a velocity moved towards another by at most `most`."""
     return min(max(wanted, now - most), now + most)
 
 
 @jit
 def roll_out(state, controls, p, poses, velocities):
-    """Predicts one robot.
+    """Predicts the motion of the robot.
 
-    In the first step it moves as it does now, in step k as control k - 1 wants,
-    within what it can accelerate; each step goes in the direction that the
-    robot has at its beginning.
-
-    Args:
-        state: (x, y, yaw, v, omega) of the robot.
-        controls: Shape (n, 2), rows (v, omega).
-        p: The parameters.
-        poses: Written: shape (n, 3), rows (x, y, yaw) at the ends of the steps.
-        velocities: Written: shape (n, 2), rows (v, omega) during the steps.
+    In the first step it keeps its velocity; in step k it follows control k - 1
+    within its accelerations. Each step moves along the heading at its
+    beginning. `state` is (x, y, yaw, v, omega). `poses` gets rows (x, y, yaw)
+    at the ends of the steps, `velocities` rows (v, omega) during them.
     """
     dt = p.dt
     x = state[0]
@@ -73,10 +67,10 @@ def roll_out(state, controls, p, poses, velocities):
 
 @jit
 def limit(controls, state, p):
-    """Keeps controls, in place, within what the robot can do.
+    """Limits controls, in place, to what the robot can do.
 
-    Of a command that holds for several steps, it is what the robot can reach
-    by its end.
+    A command that holds for several steps is limited to what the robot can
+    reach by their end.
     """
     hold = int(p.hold)
     dt = p.dt
@@ -95,11 +89,10 @@ def limit(controls, state, p):
 
 @jit
 def smooth(controls, past):
-    """Returns controls smoothed by a quadratic through nine at a time.
+    """Returns controls smoothed by a quadratic fit to nine at a time.
 
-    Args:
-        controls: Shape (n, 2).
-        past: Shape (4, 2): those before. The last one stands for those after.
+    `past` (4, 2) are the previous controls. The last of `controls` is repeated
+    at the end.
     """
     n = len(controls)
     before = len(past)
@@ -115,12 +108,7 @@ def smooth(controls, past):
 
 @jit
 def held(controls, hold):
-    """Returns controls that are constant while a command holds: their means.
-
-    Args:
-        controls: Shape (n, 2).
-        hold: For how many steps a command holds: see `command_of`.
-    """
+    """Returns controls averaged over the steps for which a command holds."""
     if hold <= 1:
         return controls
     result = np.empty_like(controls)

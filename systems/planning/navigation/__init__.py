@@ -1,4 +1,4 @@
-"""What planners with maps share: global plan, checkers, recoveries."""
+"""Navigation with costmaps: global plan, checkers, recoveries."""
 
 import lazy_loader
 

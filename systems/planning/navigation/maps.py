@@ -1,4 +1,4 @@
-"""The maps of a planner: what is fixed is made once, the rest from sight."""
+"""The costmaps of a planner: static parts and current observations."""
 
 import numpy as np
 
@@ -36,10 +36,10 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class Maps:
-    """Makes the costmaps of a planner; holds nothing that changes them.
+    """Builds the costmaps of a planner; holds constant data only.
 
     Attributes:
-        radius: The inscribed radius of the robot's outline, in meters.
+        radius: The inscribed radius of the robot's footprint, in meters.
     """
 
     def __init__(
@@ -54,17 +54,11 @@ class Maps:
         local: LocalCostmap,
         whole: GlobalCostmap,
     ) -> None:
-        """Makes what stays.
+        """Builds the constant parts.
 
-        Args:
-            obstacles: The walls.
-            robot_radius: In meters.
-            inflation: The radius, in meters, and the scaling, in 1/m.
-            layer: Of obstacles.
-            lidar: What measures the scans, if there are any.
-            social: Of people.
-            local: The local map, with all that it has.
-            whole: The global map.
+        `inflation` is the inflation radius, in meters, and the cost scaling
+        factor, in 1/m. `lidar` measures the scans; None without scans. No value
+        of `local` is None.
 
         Raises:
             ValueError: If a map would have more than 25 million cells.
@@ -98,12 +92,7 @@ class Maps:
         )
 
     def global_region(self, robot: Array, goal: Array) -> Region:
-        """Returns what the global map covers: walls, robot, goal, and margin.
-
-        Args:
-            robot: (x, y) in W, in meters; more is ignored.
-            goal: The same.
-        """
+        """Returns the region of walls, robot, goal, and margin."""
         return global_region(
             self._bounds, robot, goal, self._margin, self._whole_resolution
         )
@@ -111,14 +100,7 @@ class Maps:
     def global_map(
         self, robot: Array, humans: Array, goal: Array, marks: Marks | None
     ) -> Costmap:
-        """Returns the global map.
-
-        Args:
-            robot: The row of the robot.
-            humans: Those of the people.
-            goal: (x, y) in W, in meters.
-            marks: What a lidar has marked; None for the ground truth.
-        """
+        """Returns the global map; `marks` are None for the ground truth."""
         region = self.global_region(robot, goal)
         graded = self._graded[self._whole_resolution]
         walls = static_map(self._obstacles, region, graded)
@@ -126,17 +108,12 @@ class Maps:
         return region.as_map(make_costs(self._global, region, around))
 
     def static_global_map(self, robot: Array, goal: Array) -> Costmap:
-        """Returns the global map as it is without people."""
+        """Returns the global map without people."""
         nobody = np.zeros((0, 7))
         return self.global_map(robot, nobody, goal, None)
 
     def local_map(self, robot: Array, sight: Sight) -> Costmap:
-        """Returns the local map around the robot, with what was seen.
-
-        Args:
-            robot: (x, y) in W, in meters; more is ignored.
-            sight: What was seen at the last update, from where the robot was.
-        """
+        """Returns the local map around the robot from a sight."""
         x, y = robot[:2].tolist()
         region = region_around(x, y, self._size, self._resolution)
         around = self._around(
@@ -148,7 +125,7 @@ class Maps:
     def local_marks(
         self, marks: Marks | None, robot: Array, scan: Array
     ) -> Marks:
-        """Returns what is marked on the local map after one more scan."""
+        """Returns the marks on the local map after another scan."""
         x, y = robot[:2].tolist()
         region = region_around(x, y, self._size, self._resolution)
         return self._see(marks, region, robot, scan)
@@ -156,7 +133,7 @@ class Maps:
     def global_marks(
         self, marks: Marks | None, robot: Array, scan: Array, goal: Array
     ) -> Marks:
-        """Returns what is marked on the global map after one more scan."""
+        """Returns the marks on the global map after another scan."""
         region = self.global_region(robot, goal)
         return self._see(marks, region, robot, scan)
 
@@ -165,7 +142,7 @@ class Maps:
     ) -> Marks:
         lidar, layer = self._lidar, self._layer
         assert lidar is not None
-        # What is at the largest range is no hit.
+        # A distance of the maximum range is not a hit.
         marking = min(layer.marking_range, lidar.range_max)
         return see(
             marks or Marks(),

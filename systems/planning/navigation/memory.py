@@ -1,4 +1,4 @@
-"""What a planner with maps remembers: immutable values in the Context."""
+"""The memory of a planner with costmaps: immutable values in the Context."""
 
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ class LocalPlan(NamedTuple):
 
     Attributes:
         poses: Shape (k, 3), k > 0, rows (x, y, yaw) in W; read-only.
-        goal: The last pose (x, y, yaw) of the whole plan.
+        goal: The last pose (x, y, yaw) of the global plan.
         is_new: Whether the global plan was replaced since the last cycle.
     """
 
@@ -28,13 +28,13 @@ class LocalPlan(NamedTuple):
 
 
 class Control(NamedTuple):
-    """What a local controller decides in one cycle.
+    """The decision of a local controller in one cycle.
 
     Attributes:
-        v: The speed forwards, in m/s.
+        v: The forward speed, in m/s.
         omega: The turn rate, in rad/s.
-        memory: What it wants to know in the next cycle; immutable.
-        fault: Why there is no command; nothing if there is one.
+        memory: The memory for the next cycle; immutable.
+        fault: Why there is no command; empty if there is one.
     """
 
     v: float
@@ -44,13 +44,13 @@ class Control(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What the local map is made from: it follows, and is not kept.
+    """The observation that the local costmap is computed from.
 
     Attributes:
-        cycle: When it was seen.
-        robot: The row of the robot then.
-        humans: Those of the people.
-        marks: What a lidar had marked; None for the ground truth.
+        cycle: The cycle of the observation; -1 for none.
+        robot: The row of the robot.
+        humans: The rows of the people.
+        marks: The marks of a lidar; None for the ground truth.
     """
 
     cycle: int = -1
@@ -60,15 +60,15 @@ class Sight(NamedTuple):
 
 
 class Recovery(NamedTuple):
-    """What is being done to get on.
+    """The recovery in progress.
 
     Attributes:
-        queue: What is left to do, the present first.
-        since: The cycle when the present began.
-        x: Where the robot was then, in W, in meters.
-        y: The same along the other axis.
+        queue: The remaining recoveries, the current one first.
+        since: The cycle when the current one began.
+        x: The robot's x then, in W, in meters.
+        y: The robot's y then.
         yaw: The heading of the last cycle, in radians.
-        turned: How far it has turned since the present began, in radians.
+        turned: The turn since the current one began, in radians.
     """
 
     queue: tuple[str, ...]
@@ -80,27 +80,27 @@ class Recovery(NamedTuple):
 
 
 class NavigationMemory(NamedTuple):
-    """What navigation remembers between two cycles.
+    """The memory of navigation between two cycles.
 
     Attributes:
-        goal: The goal that it is about; empty before the first.
-        cycle: How many cycles there were with it.
+        goal: The current goal; empty before the first.
+        cycle: The number of cycles with this goal.
         path: The global plan, shape (k, 3), rows (x, y, yaw) in W.
-        first: The first pose of it that is not dropped yet.
-        misses: How far its end is from the goal, in meters.
-        covered: Whether people keep it from there.
-        planned: The cycle when it was planned; -1 for none.
-        is_new: Whether the controller has not seen it yet.
-        sight: What the local map is made from.
-        marks: What a lidar has marked on the global map.
-        near: Where the robot was when it last got on, and in which cycle.
-        failing: The cycle since when there is no command; -1 if there is one.
-        retried: Whether it tried again since then.
-        recovery: What is being done to get on.
-        rounds: How many recoveries there were.
-        failed: Whether it has given up.
-        reason: Why it does not just drive, in words.
-        control: What the local controller remembers.
+        first: The index of its first pose that is not passed yet.
+        misses: The distance of its end from the goal, in meters.
+        covered: Whether people cover the goal, so that it ends elsewhere.
+        planned: The cycle of the last planning; -1 for none.
+        is_new: Whether the controller has not used the plan yet.
+        sight: The observation that the local costmap is computed from.
+        marks: The marks of a lidar on the global costmap.
+        near: The robot's position (x, y) at its last progress, and the cycle.
+        failing: The first cycle without a command; -1 if there is one.
+        retried: Whether it has retried since then.
+        recovery: The recovery in progress; None without one.
+        rounds: The number of recoveries so far.
+        failed: Whether the planner has given up.
+        reason: Why it is not simply driving, as text.
+        control: The memory of the local controller.
     """
 
     goal: tuple[float, ...] = ()

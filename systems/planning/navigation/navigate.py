@@ -19,6 +19,7 @@ from hunav_drake.systems.planning.navigation.navigation_parameters import (
 )
 from hunav_drake.systems.planning.navigation.profiles import cycles
 from hunav_drake.systems.planning.navigation.recovery import (
+    Situation,
     begin_recovery,
     recover,
 )
@@ -31,20 +32,9 @@ from hunav_drake.systems.planning.planner import (
 from hunav_drake.systems.world.maps.costs import INSCRIBED, NO_MAP, Costmap
 
 
-def navigate(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
-) -> Plan:
-    """Returns what a planner with maps decides in one cycle.
-
-    Args:
-        planner: The parameters, and the local controller.
-        task: What does not change.
-        view: What the planner sees now.
-        memory: What the last cycle remembered.
-    """
+def navigate(now: Situation, memory: NavigationMemory) -> Plan:
+    """Returns the decision of a planner with costmaps in one cycle."""
+    planner, task, view = now
     x, y, yaw = view.robot[: YAW + 1].tolist()
     goal = tuple(view.goal.tolist())
     if memory.goal != goal:
@@ -58,14 +48,14 @@ def navigate(
         tolerance=task.goal_tolerance,
         yaw_tolerance=task.goal_yaw_tolerance,
     ):
-        # Whoever is pushed away begins anew.
+        # A robot that is pushed away starts again.
         memory = memory._replace(planned=-1, recovery=None, reason="")
         return _stop(memory, PlannerStatus.ARRIVED, "")
     if memory.failed:
         return _stop(memory, PlannerStatus.FAILED, memory.reason)
-    memory = look(planner, task, view, memory)
+    memory = look(now, memory)
     if memory.recovery is not None:
-        result, memory = recover(planner, task, view, memory)
+        result, memory = recover(now, memory)
         if result is not None:
             return result
         memory = memory._replace(
@@ -79,30 +69,26 @@ def navigate(
     if memory.planned < 0 or memory.cycle - memory.planned >= cycles(
         planner.replanning_period, planner.period
     ):
-        memory, fault = replan(planner, task, view, memory)
+        memory, fault = replan(now, memory)
         if memory.failed:
             return _stop(memory, PlannerStatus.FAILED, fault)
         if fault:
-            return begin_recovery(planner, task, view, memory, fault)
+            return begin_recovery(now, memory, fault)
     if (waits := _waits(task, memory, x, y)) is not None:
         return waits
-    return follow(planner, task, view, memory)
+    return follow(now, memory)
 
 
-def look(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
-) -> NavigationMemory:
-    """Returns a memory that has seen what the local map is made from."""
+def look(now: Situation, memory: NavigationMemory) -> NavigationMemory:
+    """Returns a memory with an updated sight for the local map."""
+    planner, task, view = now
     setup = planner.setup(task)
     last = memory.sight.cycle
     if last >= 0 and memory.cycle - last < cycles(
         setup.update_period, planner.period
     ):
         return memory
-    # What a View holds may be part of a Context, which changes.
+    # The arrays of a View may belong to a Context, which changes.
     robot, humans = view.robot.copy(), view.humans.copy()
     robot.setflags(write=False)
     humans.setflags(write=False)
@@ -113,16 +99,14 @@ def look(
 
 
 def replan(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
+    now: Situation, memory: NavigationMemory
 ) -> tuple[NavigationMemory, str]:
-    """Returns a memory with a new global plan, or why there is none.
+    """Returns a memory with a new global plan, or the reason for none.
 
-    It has given up if there would be none without people, either, unless that
-    is for where the robot stands.
+    The planner gives up if there is no plan without people either, unless the
+    robot's own position is the cause.
     """
+    planner, task, view = now
     maps = planner.setup(task).maps
     marks = memory.marks
     if view.scan is not None:
@@ -131,14 +115,14 @@ def replan(
     found = _find(planner, planner.global_map(task, view, memory), view)
     if not found.fault and found.misses == 0:
         return _planned(memory, found), ""
-    # Would it be so without people?
+    # Compare with a plan without people.
     still = maps.static_global_map(view.robot, view.goal)
     without = _find(planner, still, view)
     if found.fault:
         if not without.fault:
             return (
                 memory,
-                f"people, or what else moves, block it: {found.fault}",
+                f"people or other moving obstacles block it: {found.fault}",
             )
         start_is_free = still.cost_at(*view.robot[:2]) < INSCRIBED
         return (
@@ -150,12 +134,12 @@ def replan(
 
 
 def _goal_words(memory: NavigationMemory) -> str:
-    """Returns why a plan does not end at the goal."""
+    """Returns the reason why a plan does not end at the goal."""
     what = "people stand on"
     if not memory.covered:
         what = "an obstacle is on, or near,"
     return (
-        f"{what} the goal: the nearest place that can be reached is"
+        f"{what} the goal: the nearest reachable place is"
         f" {memory.misses:.2f} m from it"
     )
 
@@ -199,18 +183,14 @@ def _waits(
     if not memory.covered:
         memory = memory._replace(failed=True)
         return _stop(memory, PlannerStatus.FAILED, memory.reason)
-    # It waits as long as it takes; that is no failure to get on.
+    # It waits without limit; that does not count as a lack of progress.
     memory = memory._replace(near=(x, y, memory.cycle))
     return _stop(memory, PlannerStatus.BLOCKED, memory.reason)
 
 
-def follow(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
-) -> Plan:
-    """Returns the command of the local controller, if all is well."""
+def follow(now: Situation, memory: NavigationMemory) -> Plan:
+    """Returns the command of the local controller, or a stop or a recovery."""
+    planner, task, view = now
     x, y = view.robot[X], view.robot[Y]
     checker = planner.progress_checker
     near_x, near_y, since = memory.near
@@ -220,19 +200,17 @@ def follow(
         checker.movement_time_allowance, planner.period
     ):
         return begin_recovery(
-            planner,
-            task,
-            view,
+            now,
             memory,
-            f"it has come no {checker.required_movement_radius:g} m in"
+            f"it has moved less than {checker.required_movement_radius:g} m in"
             f" {checker.movement_time_allowance:g} s"
             + (f"; {_goal_words(memory)}" if memory.misses else ""),
         )
     path = memory.path
     begin, end = planner.local_span(task, view, path, memory.first)
     if begin == end:
-        fault = "it is too far from its plan"
-        return _failing(planner, task, view, memory, fault)
+        fault = "it is too far from its path"
+        return _failing(now, memory, fault)
     local = LocalPlan(path[begin:end], tuple(path[-1].tolist()), memory.is_new)
     costmap = NO_MAP
     if planner.uses_local_map:
@@ -244,7 +222,7 @@ def follow(
             f" {command!r:.80}"
         )
     if command.fault:
-        return _failing(planner, task, view, memory, command.fault)
+        return _failing(now, memory, command.fault)
     memory = memory._replace(
         first=begin,
         is_new=False,
@@ -262,17 +240,12 @@ def follow(
     )
 
 
-def _failing(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
-    fault: str,
-) -> Plan:
-    """Returns a stop for now, and a recovery after too long without command.
+def _failing(now: Situation, memory: NavigationMemory, fault: str) -> Plan:
+    """Returns a stop, or a recovery after too long without a command.
 
-    Before that, the local map is cleared, and it tries once more.
+    Before the recovery, the local map is cleared for one retry.
     """
+    planner, task = now.planner, now.task
     if memory.failing < 0:
         memory = memory._replace(failing=memory.cycle)
     elapsed = (memory.cycle - memory.failing + 1) * planner.period
@@ -281,7 +254,7 @@ def _failing(
     if not memory.retried:
         memory = memory._replace(retried=True, failing=-1, sight=Sight())
         return _stop(memory, PlannerStatus.BLOCKED, fault)
-    return begin_recovery(planner, task, view, memory, fault)
+    return begin_recovery(now, memory, fault)
 
 
 def _stop(memory: NavigationMemory, status: PlannerStatus, reason: str) -> Plan:

@@ -1,4 +1,4 @@
-"""What planners with maps are parametrized by, and what follows from it."""
+"""The parameters of planners with costmaps, and derived values."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -53,71 +53,67 @@ Replanning = Annotated[StrictFloat, within(0, 3600, "s", low_open=True)]
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class ProgressChecker:
-    """When a robot counts as not getting on: nav2's SimpleProgressChecker."""
+    """Progress checker, as Nav2's SimpleProgressChecker."""
 
     required_movement_radius: PositiveLength = 0.5
-    """How far the robot must come in the time allowed, in meters."""
+    """Distance that the robot must move within the time allowance, in meters.
+    """
 
     movement_time_allowance: Replanning = 10.0
-    """The time allowed for that distance, in seconds."""
+    """Time allowance for that distance, in seconds."""
 
 
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class Recoveries:
-    """What is done when navigation fails: nav2_recoveries.
+    """Recoveries when navigation fails, as in nav2_recoveries.
 
-    Which of them, and in what order, the profile tells.
+    The profile gives their kinds and order.
     """
 
     most: Annotated[Integer, Field(ge=0, le=1000)] = 6
-    """How many times something is done before the planner gives up."""
+    """Maximum number of recovery rounds before the planner gives up."""
 
     spin_angle: Annotated[StrictFloat, within(0, 2 * math.pi, "rad")] = 1.57
-    """The turn on the spot, in radians."""
+    """Angle of the turn in place, in radians."""
 
     min_spin: Annotated[StrictFloat, within(0, 10, "rad/s", low_open=True)] = (
         0.4
     )
-    """The least turn rate of that turn, in rad/s."""
+    """Minimum turn rate of the turn in place, in rad/s."""
 
     max_spin: Annotated[StrictFloat, within(0, 10, "rad/s", low_open=True)] = (
         1.0
     )
-    """The largest turn rate of that turn, in rad/s."""
+    """Maximum turn rate of the turn in place, in rad/s."""
 
     spin_acceleration: Annotated[
         StrictFloat, within(0, 100, "rad/s^2", low_open=True)
     ] = 3.2
-    """How fast its turn rate changes, in rad/s^2."""
+    """Angular acceleration of the turn in place, in rad/s^2."""
 
     wait_time: Seconds = 5.0
-    """How long it waits, in seconds."""
+    """Duration of a wait, in seconds."""
 
     back_up_distance: Length = 0.3
-    """How far back it drives, in meters."""
+    """Distance to back up, in meters."""
 
     back_up_speed: Annotated[
         StrictFloat, within(0, 10, "m/s", low_open=True)
     ] = 0.05
-    """How fast it drives back, in m/s."""
+    """Speed of backing up, in m/s."""
 
     look_ahead: Seconds = 2.0
-    """How far ahead it looks whether it would touch something, in seconds."""
+    """Time horizon of the collision check while backing up, in seconds."""
 
 
 class NavigationSetup(NamedTuple):
-    """What follows from the parameters and the task, made once.
+    """Values derived from the parameters and the task, computed once.
 
-    Attributes:
-        maps: Makes the costmaps: a `Maps`.
-        robot_radius: The radius that the robot is planned with, in meters.
-        footprint: The outline of the robot, shape (16, 2).
-        window: Half the side of the local map, in meters.
-        failure_tolerance: How long there may be no command, in seconds.
-        recoveries: What is done when navigation fails.
-        one_at_a_time: Whether one of them is done per failure, in turns.
-        update_period: That of the local map, in seconds.
+    `maps` is a `Maps`; `robot_radius`, in meters, and `footprint`, shape (16,
+    2), are those of the robot in planning; `window` is half the side length of
+    the local costmap, in meters. The others are those of the profile or the
+    parameter of that name.
     """
 
     maps: Any
@@ -133,67 +129,70 @@ class NavigationSetup(NamedTuple):
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class NavigationParameters(Planner):
-    """What a `NavigationPlanner` has, but for how it navigates by it."""
+    """The parameters and maps of a `NavigationPlanner`."""
 
     initial_memory: ClassVar[Any] = NavigationMemory()
     decides_by: ClassVar[str] = "control"
 
     uses_local_map: ClassVar[bool] = True
-    """Whether the local controller looks at the local map; else it gets one
-    without cells, and a cycle is faster."""
+    """Whether the local controller uses the local costmap; otherwise it gets
+    one without cells, and a cycle is faster."""
 
     initial_control: ClassVar[Any] = None
-    """What the local controller remembers at first; immutable."""
+    """The initial memory of the local controller; immutable."""
 
     profile: ProfileName = "pmb2_foxy"
-    """The release of Nav2 and the robot whose parameters are taken."""
+    """Profile of default parameters: a robot and a release of Nav2."""
 
     robot_radius: BodyRadius | None = None
-    """The radius of the robot on the maps, in meters; by default that of PMB2,
-    0.275, for a robot from there up to the 0.35 m that the paper's metrics take
-    for it; for other robots their own."""
+    """Radius of the robot on the costmaps, in meters. None: 0.275, that of
+    PMB2, for robots between it and the 0.35 m of the paper's metrics; the
+    robot's own radius otherwise."""
 
     inflation_radius: Annotated[
         StrictFloat, within(0, 20, "m", low_open=True)
     ] = 0.55
-    """How far around obstacles cells cost something, in meters."""
+    """Inflation radius around obstacles, in meters."""
 
     cost_scaling_factor: (
         Annotated[StrictFloat, within(0, 1000, "1/m")] | None
     ) = None
-    """How fast that cost falls with the distance, in 1/m; by default as the
-    profile has it."""
+    """Decay rate of the inflation cost with distance, in 1/m. None: the value
+    of the profile."""
 
     local_costmap: LocalCostmap = field(default_factory=LocalCostmap)
-    """The map around the robot, on which commands are judged."""
+    """Local costmap around the robot, on which commands are evaluated."""
 
     global_costmap: GlobalCostmap = field(default_factory=GlobalCostmap)
-    """The map of the whole world, on which ways are found."""
+    """Global costmap of the whole world, on which global paths are planned."""
 
     obstacle_layer: ObstacleLayer = field(default_factory=ObstacleLayer)
-    """What the maps show of walls and people, and how they learn of it."""
-
-    social_layer: SocialLayer = field(default_factory=SocialLayer)
-    """The costs around people, on maps whose layers name "social"."""
-
-    replanning_period: Replanning = 1.0
-    """The time between two global plans, in seconds."""
-
-    plan_tolerance: Length = 0.5
-    """How far from the goal the global plan may end along x and y, in meters.
+    """Obstacle layer: the walls and people on the costmaps, and their source.
     """
 
+    social_layer: SocialLayer = field(default_factory=SocialLayer)
+    """Social layer: the costs around people, on costmaps with the layer
+    "social"."""
+
+    replanning_period: Replanning = 1.0
+    """Time between two global plans, in seconds."""
+
+    plan_tolerance: Length = 0.5
+    """Tolerance of the end of the global plan around the goal, along x and y,
+    in meters."""
+
     smooth_plan: StrictBool = False
-    """Whether the corners of global plans are rounded off."""
+    """Whether global plans are smoothed."""
 
     progress_checker: ProgressChecker = field(default_factory=ProgressChecker)
-    """When the robot counts as not getting on."""
+    """Parameters of the progress checker."""
 
     recoveries: Recoveries = field(default_factory=Recoveries)
-    """What is tried when it does not get on, or finds no way or command."""
+    """Recoveries for a lack of progress, of a path, or of a command."""
 
     failure_tolerance: Seconds | None = None
-    """How long there may be no command before it counts as a failure, in s."""
+    """Time without a command that is tolerated before a recovery, in seconds.
+    None: the value of the profile."""
 
     @abstractmethod
     def control(
@@ -206,42 +205,42 @@ class NavigationParameters(Planner):
     ) -> Control:
         """Decides the command that follows a local plan.
 
-        A pure function: what it is to remember goes through its memory, and
-        what can be made once from the task through `once`.
+        A pure function: keep state in its memory, and cache what depends on the
+        task alone by `once`.
 
         Args:
-            task: What does not change.
-            view: What the planner sees now.
-            local: What is to be followed.
-            costmap: The local map: the room of now, and people of this cycle
-                or a few before.
-            memory: What it remembered in the last cycle, and
-                `initial_control` in the first and after a recovery.
+            task: The constant data.
+            view: The planner's current observation.
+            local: The local plan to follow.
+            costmap: The local costmap: the current walls, and the people of
+                this cycle or of a few cycles before.
+            memory: Its memory of the last cycle; `initial_control` in the first
+                cycle and after a recovery.
         """
 
     def local_span(
         self, task: PlanningTask, view: View, poses: Array, first: int
     ) -> tuple[int, int]:
-        """Returns which poses of the global plan are local: first and end.
+        """Returns the local poses of the global plan: first and end index.
 
-        By default from the one nearest to the robot, up to where the plan
-        leaves the local map.
+        By default, they range from the pose nearest to the robot to where the
+        plan leaves the local costmap.
 
         Args:
-            task: What does not change.
-            view: What the planner sees now.
+            task: The constant data.
+            view: The planner's current observation.
             poses: The global plan, shape (k, 3).
-            first: The first pose that it has not passed.
+            first: The index of the first pose that it has not passed.
 
         Returns:
-            The first and one after the last; the same number if there are
-            none.
+            The index of the first pose and one past the last; equal if there
+            are none.
         """
         x, y = view.robot[:2].tolist()
         away = np.hypot(poses[first:, 0] - x, poses[first:, 1] - y)
         begin = int(away.argmin())
         beyond = away[begin:] > self.setup(task).window
-        # (Of none, the first is the first of all.)
+        # (argmax gives 0 if none is beyond.)
         end = begin + int(beyond.argmax())
         if not beyond[end - begin]:
             end = len(away)
@@ -250,16 +249,10 @@ class NavigationParameters(Planner):
     def local_map(
         self, task: PlanningTask, view: View, memory: NavigationMemory
     ) -> Costmap:
-        """Returns the local map, around the robot.
+        """Returns the local costmap on which this cycle evaluates commands.
 
-        Args:
-            task: What does not change.
-            view: What the planner sees now.
-            memory: What the last cycle remembered.
-
-        Returns:
-            The map that this cycle judged commands on, or would have; one
-            without cells before it has looked.
+        It has no cells before the first observation. `memory` is that of the
+        last cycle.
         """
         if memory.sight.cycle < 0:
             return NO_MAP
@@ -269,29 +262,23 @@ class NavigationParameters(Planner):
     def global_map(
         self, task: PlanningTask, view: View, memory: NavigationMemory
     ) -> Costmap:
-        """Returns the global map: that on which a way would be found now.
+        """Returns the global map on which a path would be planned now.
 
         The arguments are those of `local_map`.
         """
         maps: Maps = self.setup(task).maps
         return maps.global_map(view.robot, view.humans, view.goal, memory.marks)
 
-    # (The class variable of Planner hangs on a parameter here.)
+    # (The class variable of Planner depends on a parameter here.)
     @property
     def scan_size(self) -> int | None:  # type: ignore[override]
-        """How many distances of a lidar it asks for: all, or none."""
+        """The number of lidar distances it needs: None for all, or 0."""
         return None if self.obstacle_layer.source == "lidar" else 0
 
     def once[Made](
         self, task: PlanningTask, name: str, make: Callable[[], Made]
     ) -> Made:
-        """Returns what is made from the parameters and a task only once.
-
-        Args:
-            task: The task.
-            name: What it is called.
-            make: Makes it.
-        """
+        """Returns the named value that depends on a task alone, cached."""
         of, things = self.__dict__.get("_made", (None, {}))
         if of is not task:
             things = {}
@@ -304,7 +291,7 @@ class NavigationParameters(Planner):
     def find_faults(
         self, obstacles: Obstacles, start: Array, goal: Array
     ) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Looks whether the maps of the world are small enough."""
+        """Yields faults if the maps of the world are too large."""
         from hunav_drake.systems.planning.navigation import regions
 
         usual = NAVIGATION_PROFILES[self.profile].local_resolution
@@ -315,7 +302,7 @@ class NavigationParameters(Planner):
         )
 
     def setup(self, task: PlanningTask) -> NavigationSetup:
-        """Returns what follows from the parameters and a task."""
+        """Returns the values derived from the parameters and a task, cached."""
         return self.once(task, "navigation", lambda: self._set_up(task))
 
     def _set_up(self, task: PlanningTask) -> NavigationSetup:

@@ -1,4 +1,4 @@
-"""What planners with maps share: they add how to follow the global plan."""
+"""The base class of planners with costmaps that follow a global plan."""
 
 import copy
 from typing import Any
@@ -16,26 +16,27 @@ from hunav_drake.systems.planning.planner import Plan, PlanningTask, View
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class NavigationPlanner(NavigationParameters):
-    """Follows a global plan on costmaps, as the servers of Nav2 do together.
+    """Follows a global plan on costmaps, as Nav2's servers do together.
 
-    Once per `replanning_period` it finds a way on the global map (`plan_path`);
-    in each cycle a local controller, which a derived class gives by `control`,
-    follows the part of it near the robot on the local map. If there is no way
-    or no command, or if the robot does not get on, it tries recoveries, and
-    after too many of them it gives up.
+    Every `replanning_period` it plans a path on the global costmap
+    (`plan_path`). In each cycle a local controller, the derived class's
+    `control`, follows the part of the path near the robot on the local costmap.
+    Without a path, a command or progress it runs recoveries, and it gives up
+    after too many of them.
 
-    What is None is as the profile tells.
+    Parameters that are None have the values of the profile.
     """
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle: see `Planner.plan`."""
-        # Reading a scenario does without numba.
+        # Imported here, so that reading a scenario does not load numba.
         from hunav_drake.systems.planning.navigation.navigate import navigate
+        from hunav_drake.systems.planning.navigation.recovery import Situation
 
-        return navigate(self, task, view, memory)
+        return navigate(Situation(self, task, view), memory)
 
     def MakeSystem(self, task: PlanningTask) -> Any:
-        """Makes a `NavigationSystem`, which decides by `plan`.
+        """Makes a `NavigationSystem` that decides by `plan`.
 
         Raises:
             ValueError: If a map of the world would be too large.
@@ -44,7 +45,7 @@ class NavigationPlanner(NavigationParameters):
             NavigationSystem,
         )
 
-        # Parameters that are changed later are those of later systems.
+        # Later changes of parameters affect later systems only.
         planner = copy.deepcopy(self)
         planner.setup(task)
         return NavigationSystem(planner, task)

@@ -1,4 +1,4 @@
-"""The LeafSystem of planners with maps: its ports give the maps as well."""
+"""The LeafSystem of planners with costmaps; it outputs the costmaps, too."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +18,7 @@ MapFunction = Callable[[PlanningTask, View, Any], Costmap]
 
 
 class NavigationSystem(LocalPlanner):
-    """Drives a robot to a goal with a planner that has costmaps.
+    """Drives a robot to a goal with a costmap planner.
 
     .. pydrake_system::
 
@@ -35,11 +35,11 @@ class NavigationSystem(LocalPlanner):
         - local_costmap
         - global_costmap
 
-    Ports ``local_costmap`` and ``global_costmap`` give a `Costmap` each: that
-    on which commands are judged, of what was seen last, and that on which a
-    way would be found now. They have no cells while there is no goal, or
-    nothing was decided yet. A map is made when its port is evaluated, and costs
-    nothing otherwise. All else is as in a `LocalPlanner`.
+    Ports ``local_costmap`` and ``global_costmap`` give a `Costmap` each: the
+    one on which commands are evaluated, from the last observation, and the one
+    on which a path would be planned now. They have no cells without a goal or
+    before the first decision. A map is computed only when its port is
+    evaluated. Everything else is as in a `LocalPlanner`.
     """
 
     _planner: NavigationParameters
@@ -82,7 +82,7 @@ class NavigationSystem(LocalPlanner):
         output.set_value(self._Map(context, self._planner.global_map))
 
     def _Map(self, context: Context, make: MapFunction) -> Costmap:
-        """Returns a map as the planner has it now, with read-only costs."""
+        """Returns a map of the planner now, with read-only costs."""
         memory = self._Decided(context).memory
         if not self._goal.HasValue(context) or not memory.goal:
             return NO_MAP

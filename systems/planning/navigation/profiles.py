@@ -1,9 +1,9 @@
-"""Profiles: the parameters that differ between releases of Nav2's robots.
+"""Profiles: the parameters that differ between robots and releases of Nav2.
 
-`pmb2_foxy` is that of PAL's PMB2 under ROS 2 Foxy, as in the paper of
-HuNavSim; `humble` that of the same robot under Humble. (The public files of
-pmb2_navigation, branches foxy-devel and humble-devel, over the defaults of
-navigation2's branches of that name.)
+`pmb2_foxy` is PAL's PMB2 under ROS 2 Foxy, as in the HuNavSim paper; `humble`
+is the same robot under Humble. (From the public files of pmb2_navigation,
+branches foxy-devel and humble-devel, over the defaults of the same branches of
+navigation2.)
 """
 
 from dataclasses import dataclass
@@ -15,17 +15,11 @@ ProfileName = Literal["pmb2_foxy", "humble"]
 
 @dataclass(frozen=True, kw_only=True)
 class NavigationProfile:
-    """What depends on the release, of the parts that planners share.
+    """The release's values of the parameters that planners share.
 
-    Attributes:
-        robot_radius: PMB2's radius for navigation, in meters.
-        cost_scaling_factor: Of the inflation, in 1/m.
-        local_size: The side of the local map, in meters.
-        local_resolution: The side of its cells, in meters.
-        local_update_period: The time between its updates, in seconds.
-        failure_tolerance: How long there may be no command, in seconds.
-        recoveries: What is done when navigation fails.
-        one_at_a_time: Whether one recovery is done per failure, in turns.
+    `robot_radius` is PMB2's, in meters; `one_at_a_time` is whether each failure
+    runs only the next of `recoveries`, in turn. The others are named as the
+    parameters, with `local_` for those of the local costmap.
     """
 
     robot_radius: float
@@ -40,18 +34,10 @@ class NavigationProfile:
 
 @dataclass(frozen=True, kw_only=True)
 class DwbProfile:
-    """What depends on the release, of DWB.
+    """The release's values of DWB's parameters.
 
-    Attributes:
-        max_vel_theta: In rad/s.
-        acc_lim_x: In m/s^2.
-        decel_lim_x: In m/s^2, negative.
-        acc_lim_theta: In rad/s^2.
-        decel_lim_theta: In rad/s^2, negative.
-        prune_distance: How far from the robot the local plan begins, m.
-        forward_prune_distance: How far it goes, in meters.
-        search_all: Whether its begin is sought on the whole plan, not on the
-            next `prune_distance` only.
+    `search_all` is whether the beginning of the local plan is searched on the
+    whole plan instead of the next `prune_distance`.
     """
 
     max_vel_theta: float
@@ -110,19 +96,15 @@ DWB_PROFILES = {
     ),
 }
 
-# The radius of the circle that the paper's metrics take for PMB2, in meters.
+# The radius of PMB2 in the paper's metrics, in meters.
 _METRICS_RADIUS = 0.35
 
 
 def navigation_radius(own: float, profile: NavigationProfile) -> float:
-    """Returns the radius that a robot is planned with, in meters.
+    """Returns the radius of a robot in planning, in meters.
 
-    A robot as large as PMB2, or as the larger circle that the paper's metrics
-    take for it, is PMB2; any other is planned with its own radius.
-
-    Args:
-        own: That of the robot.
-        profile: Of PMB2.
+    A robot from the size of PMB2 to its larger circle in the paper's metrics
+    counts as PMB2; any other has its own radius.
     """
     if profile.robot_radius <= own <= _METRICS_RADIUS + 1e-9:
         return profile.robot_radius
@@ -130,10 +112,10 @@ def navigation_radius(own: float, profile: NavigationProfile) -> float:
 
 
 def either[Value](value: Value | None, other: Value) -> Value:
-    """Returns a parameter, or that of the profile if it is None."""
+    """Returns a parameter, or the profile's value if it is None."""
     return other if value is None else value
 
 
 def cycles(seconds: float, period: float) -> int:
-    """Returns how many cycles come next to a time, at least 1."""
+    """Returns the number of cycles nearest to a duration, at least 1."""
     return max(1, math.floor(seconds / period + 0.5))

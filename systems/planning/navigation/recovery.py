@@ -1,11 +1,12 @@
-"""Recoveries: what is done when navigation fails.
+"""Recoveries: the actions when navigation fails.
 
-"clear" forgets what was marked on the maps, "spin" turns on the spot, "wait"
-waits, "back_up" drives straight back. Spinning and backing up end as soon as
-they would touch something (nav2_recoveries, nav2_behaviors).
+"clear" clears the marks on the costmaps, "spin" turns in place, "wait" waits,
+"back_up" drives straight back. Spinning and backing up end as soon as a
+collision is predicted (nav2_recoveries, nav2_behaviors).
 """
 
 import math
+from typing import NamedTuple
 
 from hunav_drake.systems.common.layout import YAW
 from hunav_drake.systems.common.poses import wrap_angle
@@ -27,22 +28,25 @@ from hunav_drake.systems.planning.planner import (
 from hunav_drake.systems.world.maps.costs import LETHAL, UNKNOWN
 
 
-def begin_recovery(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
-    fault: str,
-) -> Plan:
-    """Returns the first command of a recovery, or that of who gives up.
+class Situation(NamedTuple):
+    """What navigation works on in one cycle.
 
-    Args:
-        planner: The parameters.
-        task: What does not change.
-        view: What the planner sees now.
-        memory: What it remembers.
-        fault: Why navigation failed.
+    Attributes:
+        planner: The parameters and the local controller.
+        task: The constant data.
+        view: The planner's current observation.
     """
+
+    planner: NavigationParameters
+    task: PlanningTask
+    view: View
+
+
+def begin_recovery(
+    now: Situation, memory: NavigationMemory, fault: str
+) -> Plan:
+    """Returns the first command of a recovery, or a stop if it gives up."""
+    planner, task, view = now
     path = memory.path[memory.first :]
     if memory.rounds >= planner.recoveries.most:
         reason = f"{fault}; gave up after {memory.rounds} recoveries"
@@ -60,21 +64,19 @@ def begin_recovery(
         failing=-1,
         retried=False,
     )
-    result, memory = recover(planner, task, view, memory)
+    result, memory = recover(now, memory)
     if result is not None:
         return result
-    # Nothing to do takes a cycle, too.
+    # An empty recovery takes a cycle, too.
     memory = memory._replace(recovery=Recovery((), memory.cycle, x, y, yaw))
     return Plan(0.0, 0.0, PlannerStatus.RECOVERING, memory, path, fault)
 
 
 def recover(
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
+    now: Situation, memory: NavigationMemory
 ) -> tuple[Plan | None, NavigationMemory]:
-    """Returns the command of a recovery, None when it is done, and a memory."""
+    """Returns the command of a recovery (None at its end) and the memory."""
+    view = now.view
     x, y, yaw = view.robot[: YAW + 1].tolist()
     recovery = memory.recovery
     assert recovery is not None
@@ -86,9 +88,7 @@ def recover(
             memory = memory._replace(sight=Sight(), marks=None)
             command = None
         else:
-            command = _command(
-                *(kind, planner, task, view), memory._replace(recovery=recovery)
-            )
+            command = _command(kind, now, memory._replace(recovery=recovery))
         if command is not None:
             memory = memory._replace(recovery=recovery)
             words = f"recovers ({kind}): {memory.reason}"
@@ -100,13 +100,10 @@ def recover(
 
 
 def _command(
-    kind: str,
-    planner: NavigationParameters,
-    task: PlanningTask,
-    view: View,
-    memory: NavigationMemory,
+    kind: str, now: Situation, memory: NavigationMemory
 ) -> tuple[float, float] | None:
-    """Returns (v, omega) of one recovery; None when it is done."""
+    """Returns (v, omega) of one recovery; None at its end."""
+    planner, task, view = now
     recovery, config = memory.recovery, planner.recoveries
     assert recovery is not None
     at = view.robot[0], view.robot[1]
@@ -114,7 +111,7 @@ def _command(
     if kind == "wait":
         return (0.0, 0.0) if elapsed < config.wait_time - 1e-9 else None
     if memory.sight.cycle < 0:
-        # The map was cleared; it comes back in the next cycle.
+        # The map was cleared; the next cycle rebuilds it.
         return 0.0, 0.0
     costmap = planner.setup(task).maps.local_map(view.robot, memory.sight)
     footprint = planner.setup(task).footprint

@@ -1,4 +1,4 @@
-"""What the maps of a planner cover, and whether that is too much."""
+"""The regions of a planner's costmaps, and checks of their size."""
 
 from collections.abc import Iterator
 import math
@@ -10,7 +10,7 @@ from hunav_drake.systems.planning.costmap.costmap_config import GlobalCostmap
 from hunav_drake.systems.world.maps.costs import Region, region_of
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# A robot outside of the walls moves the global map by so much, in meters.
+# A robot outside the walls extends the global map in steps of this, in meters.
 _STRIDE = 5.0
 
 
@@ -21,14 +21,9 @@ def region_faults(
     local_resolution: float,
     whole: GlobalCostmap,
 ) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Yields the maps of a world that would be too large, and why.
+    """Yields the costmaps of a world that would be too large, and why.
 
-    Args:
-        obstacles: The walls.
-        ends: Where the robot starts and where it is to go, in W.
-        inflation_radius: In meters.
-        local_resolution: The side of a cell of the local map, in meters.
-        whole: The global map.
+    `ends` are the robot's start and goal, in W.
     """
     bounds = bounds_of(obstacles)
     try:
@@ -42,7 +37,7 @@ def region_faults(
 
 
 def bounds_of(obstacles: Obstacles) -> tuple[Array, Array]:
-    """Returns the corners of all walls; without any, they are infinite."""
+    """Returns the corners of all walls; infinite ones without walls."""
     points = obstacles.segments.reshape(-1, 2)
     if not len(points):
         return np.full(2, math.inf), np.full(2, -math.inf)
@@ -52,10 +47,10 @@ def bounds_of(obstacles: Obstacles) -> tuple[Array, Array]:
 def wall_region(
     bounds: tuple[Array, Array], inflation_radius: float, resolution: float
 ) -> Region:
-    """Returns what the walls and their inflation cover."""
+    """Returns the region of the walls and their inflation."""
     if math.isinf(bounds[0][0]):
         return region_of((0.0, 0.0), (0.0, 0.0), resolution)
-    # (They are inflated by up to one cell more than the radius.)
+    # (The inflation may exceed the radius by one cell.)
     near = inflation_radius + 2 * resolution
     return region_of(
         tuple((bounds[0] - near).tolist()),
@@ -71,7 +66,7 @@ def global_region(
     margin: float,
     resolution: float,
 ) -> Region:
-    """Returns what the global map covers."""
+    """Returns the region of the global map."""
     low, high = np.minimum(bounds[0], goal[:2]), np.maximum(bounds[1], goal[:2])
     if (robot[:2] < bounds[0]).any() or (robot[:2] > bounds[1]).any():
         low = np.minimum(low, _STRIDE * np.floor(robot[:2] / _STRIDE))

@@ -1,4 +1,4 @@
-"""Planners that predict people: SFW, and a robot that the forces drive."""
+"""Social planners: SFW, SFM and ORCA."""
 
 import lazy_loader
 

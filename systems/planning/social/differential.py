@@ -1,26 +1,22 @@
-"""How a robot with two wheels follows a velocity in any direction."""
+"""Commands of a differential drive that follow a velocity in any direction."""
 
 import math
 
 from hunav_drake.systems.common.poses import wrap_angle
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
-# Which part of its turn acceleration is planned with.
+# The fraction of the turn acceleration that planning uses.
 _BRAKES = 0.5
 
 
 def brakable(
     omega: float, error: float, acceleration: float, reaction: float
 ) -> float:
-    """Returns a turn rate that can end within the angle that is left.
+    """Returns a turn rate that can stop within the remaining angle.
 
-    Faster, it would turn too far, then back, and so on.
-
-    Args:
-        omega: The wanted turn rate, in rad/s.
-        error: The angle that is left, in radians.
-        acceleration: How fast the turn rate changes at most, in rad/s^2.
-        reaction: The time until another rate is in effect, in seconds.
+    A rate higher than that would overshoot, turn back, and so on. `error` is
+    the remaining angle, in radians, `acceleration` the maximum, in rad/s^2,
+    `reaction` the time until another rate takes effect, in seconds.
     """
     most = math.sqrt(2.0 * _BRAKES * acceleration * abs(error))
     most = min(most, abs(error) / reaction)
@@ -37,16 +33,9 @@ def steer(
 ) -> tuple[float, float]:
     """Returns the command (v, omega) that follows a velocity in W.
 
-    It turns into the direction of the velocity in about `turn_time`, and
-    drives as fast as the part of the velocity that lies ahead.
-
-    Args:
-        vx: The velocity to follow, in m/s.
-        vy: The same along the other axis.
-        yaw: The heading of the robot, in radians.
-        turn_time: In seconds.
-        limits: How fast the robot turns.
-        reaction: The time until another command is in effect, in seconds.
+    It turns to the direction of the velocity in about `turn_time`, and drives
+    at the forward component of the velocity. `reaction` is the time until
+    another command takes effect. In SI units.
     """
     speed = math.hypot(vx, vy)
     if speed < 1e-6:

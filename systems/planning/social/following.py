@@ -1,4 +1,4 @@
-"""What planners do that follow a point ahead on the plan."""
+"""Functions of planners that follow a point ahead on the plan."""
 
 import math
 
@@ -12,15 +12,14 @@ from hunav_drake.systems.planning.navigation.memory import Control, LocalPlan
 from hunav_drake.systems.planning.planner import PlanningTask, View
 from hunav_drake.systems.world.maps.costs import LETHAL, Costmap
 
-# Within this part of the tolerance it stands: it is not to end on the edge.
+# The fraction of the tolerance within which it stops, to be off its edge.
 INSIDE = 0.8
 
-# How fast it turns on the spot, in rad/s, and how much of the error in a
-# second.
+# The maximum rate of the turn in place, in rad/s, and its gain, in 1/s.
 _TURN = 1.0
 _GAIN = 2.0
 
-# How far ahead the way is to be free, in seconds, and in how many steps.
+# The horizon of the collision check, in seconds, and its number of steps.
 _AHEAD = 0.6
 _STEPS = 3
 
@@ -28,15 +27,15 @@ _STEPS = 3
 def carrot_at(
     view: View, local: LocalPlan, distance: float
 ) -> tuple[float, float]:
-    """Returns the point (x, y) on the plan that is so far ahead.
+    """Returns the point (x, y) on the plan at a distance ahead.
 
-    It is the first beyond the distance after the last within it, or else the
-    last of all.
+    It is the first point beyond the distance after the last point within it, or
+    the end of the plan.
     """
     x, y = view.robot[:2].tolist()
     away = np.hypot(local.poses[:, 0] - x, local.poses[:, 1] - y)
     last = len(away) - 1
-    # (Of none, the first is the first of all.)
+    # (argmax gives 0 if none is within.)
     first = last - int((away[::-1] <= distance).argmax())
     if away[first] > distance:
         first = int(away.argmin())
@@ -50,9 +49,9 @@ def carrot_at(
 def at_end(
     task: PlanningTask, view: View, local: LocalPlan, reaction: float
 ) -> Control | None:
-    """Returns the turn to the heading of the goal, once it is there.
+    """Returns the turn to the heading of the goal, once at the goal.
 
-    `reaction` is the time until another command is in effect, in seconds.
+    `reaction` is the time until another command takes effect, in seconds.
     """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     left = math.hypot(local.goal[X] - x, local.goal[Y] - y)
@@ -68,14 +67,9 @@ def at_end(
 def is_free(
     footprint: Array, costmap: Costmap, view: View, v: float, omega: float
 ) -> bool:
-    """Tells whether the robot touches nothing soon at a velocity.
+    """Returns whether a velocity is free of collisions in the near future.
 
-    Args:
-        footprint: The outline of the robot, shape (k, 2).
-        costmap: The local map.
-        view: What the planner sees.
-        v: The speed, in m/s.
-        omega: The turn rate, in rad/s.
+    `footprint` has shape (k, 2); v is in m/s, omega in rad/s.
     """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     if v <= 0:

@@ -18,25 +18,21 @@ from hunav_drake.systems.crowd.social_force.compiled_forces import (
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE, TAU
 from hunav_drake.systems.world.walls import opened
 
-# Walls up to this distance are felt, in meters.
+# The distance up to which walls exert a force, in meters.
 _REACH = 3.0
 
-# All of them: of the nearest one alone, the force would jump in the middle of
-# a corridor.
+# The forces of all walls count: with the nearest one alone, the force would
+# jump in the middle of a corridor.
 _ALL = 0
 
 
 @jit_as(float64[::1], VECTOR, VECTOR, MATRIX, WALLS, REAL, VECTOR)
 def robot_force(robot, goal, humans, table, radius, k):
-    """Returns the force (x, y) on a robot as if it were a person, in m/s^2.
+    """Returns the social force (x, y) on a robot, as on a person, in m/s^2.
 
-    Args:
-        robot: Its row.
-        goal: (x, y, speed): where it is drawn to, and how fast it wants to go.
-        humans: Rows of `human_states`.
-        table: `Obstacles.table`.
-        radius: Of the robot, in meters.
-        k: The parameters of the forces, in the order of `PARAMETERS`.
+    `goal` is (x, y, speed), the attracting point and the desired speed; `table`
+    is `Obstacles.table`; `k` are the parameters of the forces, in the order of
+    `PARAMETERS`.
     """
     force = np.zeros(2)
     dx = goal[0] - robot[X]

@@ -1,4 +1,4 @@
-"""A robot that avoids people reciprocally, as in a crowd of ORCA."""
+"""A robot that avoids people by ORCA."""
 
 import math
 from typing import Annotated, Any, ClassVar
@@ -33,39 +33,39 @@ from hunav_drake.systems.world.maps.costs import Costmap
 @register_planner("orca")
 @dataclass(kw_only=True, config=CONFIG)
 class OrcaPlanner(NavigationPlanner):
-    """Takes the velocity nearest to the wanted one that touches nobody soon.
+    """Takes the collision-free velocity nearest to the desired one (ORCA).
 
-    The wanted velocity leads to a point ahead on the global plan. A robot with
-    two wheels cannot move sideways; so it is a point ahead of its axle that
-    follows the velocity, with a disc around it that is as much larger.
+    The desired velocity leads to a point ahead on the global plan. A
+    differential drive cannot move sideways, so a point ahead of its axle
+    follows the velocity, with a disc enlarged by that offset.
     """
 
     uses_local_map: ClassVar[bool] = False
 
     desired_speed: PositiveSpeed = 0.6
-    """How fast it wants to go, in m/s."""
+    """Desired speed, in m/s."""
 
     carrot_distance: PositiveLength = 1.0
-    """How far ahead on the plan the point is that it goes to, in meters."""
+    """Distance of the target point ahead on the plan, in meters."""
 
     neighbor_distance: PositiveLength = 10.0
-    """People farther than this are not avoided, in meters."""
+    """Distance up to which people are avoided, in meters."""
 
     time_horizon: Period = 3.0
-    """The time ahead in which it must touch nobody, in seconds."""
+    """Time horizon without contact with people, in seconds."""
 
     wall_horizon: Period = 1.0
-    """The time ahead in which it must touch no wall, in seconds."""
+    """Time horizon without contact with walls, in seconds."""
 
     share: Annotated[StrictFloat, within(0, 1, low_open=True)] = 1.0
-    """How much of the change of velocity the robot makes: 0.5 where people make
-    the other half, 1 where they may not."""
+    """Fraction of the avoiding change of velocity that the robot takes: 0.5
+    where people take the other half, 1 where they may not."""
 
     offset: Annotated[StrictFloat, within(0, 1, "m", low_open=True)] = 0.15
-    """How far ahead of the axle the point is that follows, in meters."""
+    """Distance of the following point ahead of the axle, in meters."""
 
     margin: Length = 0.05
-    """What is added to the distance from people, in meters."""
+    """Margin added to the distance from people, in meters."""
 
     def control(
         self,
@@ -76,7 +76,7 @@ class OrcaPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        # Reading a scenario does without numba.
+        # Imported here, so that reading a scenario does not load numba.
         from hunav_drake.systems.planning.social.differential import brakable
         from hunav_drake.systems.planning.social.following import (
             at_end,
@@ -108,8 +108,9 @@ class OrcaPlanner(NavigationPlanner):
         gx, gy = carrot_at(view, local, self.carrot_distance)
         left = math.hypot(local.goal[0] - robot[X], local.goal[1] - robot[Y])
         speed = min(p.speed, max(left, 0.15), left / reaction)
-        # At last it is the axle that is to get there. What is behind is turned
-        # to: to its side, the point can move while the axle stands.
+        # Near the goal, the axle itself must get there. The robot turns to
+        # targets behind it: the point can move sideways while the axle stands
+        # still.
         at = (x, y) if left > 2 * self.offset else robot[[X, Y]]
         error = math.atan2(gy - at[1], gx - at[0]) - robot[YAW]
         error = min(max(wrap_angle(error), -math.pi / 2), math.pi / 2)

@@ -1,9 +1,9 @@
-"""How SFW predicts people and robot, compiled by numba.
+"""SFW's prediction of people and robot, compiled by numba.
 
-Symbols: a candidate is a pair (v, omega) that the robot is driven towards for
-some steps, while everybody moves by the social force model of lightsfm, the
-robot being one of them. `p` are `Parameters`; `k` is a row of the crowd's
-parameters (`people.parameters`).
+Symbols: a candidate is a pair (v, omega) that the robot's velocity changes to
+over some steps, while people move by the social force model of lightsfm, in
+which the robot is one of the agents. `p` are `Parameters`; `k` is a row of the
+crowd's parameters (`people.parameters`).
 """
 
 import math
@@ -36,13 +36,9 @@ from hunav_drake.systems.world.walls import opened
 
 
 class Parameters(NamedTuple):
-    """What is predicted, and how it is weighed; all are floats.
+    """The parameters of prediction and costs; all are floats.
 
-    Attributes:
-        steps: How many steps there are.
-        dt: The time of each, in seconds.
-
-    The others are those of `SfwPlanner`.
+    There are `steps` of `dt` seconds. The others are those of `SfwPlanner`.
     """
 
     steps: float
@@ -63,19 +59,19 @@ class Parameters(NamedTuple):
 
 _parameters_in = reads(Parameters)
 
-# From this cost on a footprint touches something.
+# The footprint cost from which a robot collides.
 _LETHAL = 254
 
-# Obstacles whose force is below 10 exp(-14), some 1e-5 m/s^2, count as none.
+# Obstacle forces below 10 exp(-14), about 1e-5 m/s^2, are neglected.
 _DEEPEST = -14.0
 
-# How near to its carrot the robot's own force model is at its goal, in m.
+# The distance at which the robot's force model has reached its carrot, in m.
 _CARROT_RADIUS = 0.2
 
 
 @jit
 def _toward(value, target, most):
-    """Returns a value moved towards another by at most so much."""
+    """Returns a value moved towards another by at most `most`."""
     return value + min(max(target - value, -most), most)
 
 
@@ -103,7 +99,7 @@ def _obstacle_force(x, y, radius, points, k):
 
 @jit
 def _desired_force(x, y, vx, vy, gx, gy, goal_radius, speed, k):
-    """Returns the force towards a goal; at it, the one that stops."""
+    """Returns the force towards a goal; at the goal, the force that stops."""
     dx = gx - x
     dy = gy - y
     d = math.sqrt(dx * dx + dy * dy)
@@ -117,7 +113,7 @@ def _desired_force(x, y, vx, vy, gx, gy, goal_radius, speed, k):
 
 @jit
 def _social_force(i, x, y, vx, vy, k):
-    """Returns the social force of all others on agent i, the robot being 0."""
+    """Returns the social force of all others on agent i (0: the robot)."""
     fx = 0.0
     fy = 0.0
     for j in range(len(x)):
@@ -136,19 +132,12 @@ def predict(
 ):
     """Returns the cost of a candidate; infinite if it is not valid.
 
-    Args:
-        robot: (x, y, yaw, v, omega) of the robot.
-        v: The speed that it is driven towards, in m/s.
-        omega: The turn rate, in rad/s.
-        humans: Rows of `human_states`.
-        goals: Shape (1 + n, 2): the carrot, and where each person goes.
-        points: Shape (m, 2): where obstacles are.
-        grid: The costmap: costs, x and y of its origin, resolution.
-        polygon: The outline of the robot, shape (k, 2).
-        odometry_yaw: The direction that the robot's velocity is taken along
-            in the forces, in radians; NaN for its heading.
-        p: See `Parameters`.
-        k: Those of the forces.
+    `robot` is (x, y, yaw, v, omega), `v` and `omega` are the candidate. `goals`
+    (1 + n, 2) are the carrot and the goal of each person, `points` (m, 2) the
+    obstacles, `grid` the costs, the x and y of the origin, and the resolution
+    of the costmap, `polygon` (k, 2) the footprint. `odometry_yaw` is the
+    direction of the robot's velocity in the forces, in radians; NaN for its
+    heading.
     """
     costs, ox, oy, resolution = grid
     n = len(humans)
@@ -164,7 +153,7 @@ def predict(
         y[i + 1] = humans[i, Y]
         vx[i + 1] = humans[i, VX]
         vy[i + 1] = humans[i, VY]
-    # (NaN for a velocity as it is.)
+    # (NaN: the velocity is along the heading.)
     heading = yaw if math.isnan(odometry_yaw) else odometry_yaw
     vx[0] = speed * math.cos(heading)
     vy[0] = speed * math.sin(heading)
@@ -173,14 +162,14 @@ def predict(
     footprints = 0.0
     ax = np.empty(n + 1)
     ay = np.empty(n + 1)
-    # Who has once been at their goal has none any more.
+    # People who have reached their goal have none from then on.
     arrived = np.zeros(n + 1, np.bool_)
     for _ in range(int(p.steps)):
         cost = outline_cost(costs, ox, oy, resolution, rx, ry, yaw, polygon)
         if cost < 0 or cost >= _LETHAL:
             return math.inf
         footprints += cost / 255.0
-        # The forces are those before anybody moves.
+        # The forces are those before the agents move.
         social_x, social_y = _social_force(0, x, y, vx, vy, k)
         wall_x, wall_y = _obstacle_force(
             x[0], y[0], p.sfm_robot_radius, points, k
@@ -208,7 +197,7 @@ def predict(
             y[i] += vy[i] * dt
             left = math.hypot(goals[i, 0] - x[i], goals[i, 1] - y[i])
             arrived[i] = arrived[i] or left <= p.person_radius
-        # The robot moves with its heading of before.
+        # The robot moves along its previous heading.
         speed = _toward(speed, v, p.max_trans_acc * dt)
         turn = _toward(turn, omega, p.max_rot_acc * dt)
         rx += speed * math.cos(yaw) * dt
@@ -277,10 +266,10 @@ def candidate_costs(
 
 @jit_as(numba.float64[:, ::1], REAL, REAL, REAL, INTEGER, WALLS)
 def wall_points(x, y, reach, rays, table):
-    """Returns where rays from a point meet walls first, shape (m, 2).
+    """Returns the first hits of walls by rays from a point, shape (m, 2).
 
-    There are `rays` of them, evenly in all directions, `reach` long, in meters;
-    those that meet nothing have no point. `table` is `Obstacles.table`.
+    There are `rays` rays, evenly in all directions, of length `reach`, in
+    meters; rays without a hit give no point. `table` is `Obstacles.table`.
     """
     walls = opened(table)
     points = np.empty((rays, 2))

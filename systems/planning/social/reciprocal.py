@@ -1,4 +1,4 @@
-"""The velocity by which a robot avoids people reciprocally, compiled by numba.
+"""ORCA's velocity of a robot among people, compiled by numba.
 
 van den Berg, Guy, Lin & Manocha 2011; the rules are those of the crowd's ORCA.
 """
@@ -23,17 +23,10 @@ from hunav_drake.systems.world.walls import opened
 
 
 class Parameters(NamedTuple):
-    """What is avoided, and how; all are floats.
+    """The parameters of the avoidance; all are floats.
 
-    Attributes:
-        speed: The largest speed, in m/s.
-        radius_to_people: In meters.
-        radius_to_walls: In meters.
-        neighbor_distance: See `OrcaPlanner`.
-        horizon: Its `time_horizon`, in seconds.
-        wall_horizon: See there.
-        share: See there.
-        step: The time in which who overlaps comes apart, in seconds.
+    `speed` is the maximum, `horizon` is `time_horizon`, and in `step` seconds
+    overlapping discs separate. The others are as in `OrcaPlanner`; in SI units.
     """
 
     speed: float
@@ -51,15 +44,10 @@ _parameters_in = reads(Parameters)
 
 @jit_as(float64[::1], VECTOR, REAL, REAL, MATRIX, WALLS, VECTOR)
 def avoiding_velocity(own, tx, ty, humans, table, parameters):
-    """Returns the velocity in W, in m/s, that is nearest to a wanted one.
+    """Returns the safe velocity nearest to a desired one, in W, in m/s.
 
-    Args:
-        own: (x, y, vx, vy) of the middle of the robot's disc.
-        tx: The wanted velocity, in m/s.
-        ty: The same along the other axis.
-        humans: Rows of `human_states`.
-        table: `Obstacles.table`.
-        parameters: See `Parameters`.
+    `own` is (x, y, vx, vy) of the center of the robot's disc, (tx, ty) the
+    desired velocity, `table` `Obstacles.table`.
     """
     p = _parameters_in(parameters)
     walls = opened(table)

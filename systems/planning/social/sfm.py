@@ -1,4 +1,4 @@
-"""A robot that the social force drives, as it does people."""
+"""A robot that moves by the social force, as people do."""
 
 from dataclasses import field
 import math
@@ -38,7 +38,7 @@ from hunav_drake.systems.world.maps.costs import Costmap
 @register_planner("sfm")
 @dataclass(kw_only=True, config=CONFIG)
 class SfmPlanner(NavigationPlanner):
-    """Follows the force of a goal, of people and of walls, as people do.
+    """Follows the social force of its goal, people and walls, as people do.
 
     The force is that of Helbing and Molnar 1995 with the interaction of
     Moussaid et al. 2009, towards a point ahead on the global plan. It changes
@@ -50,25 +50,24 @@ class SfmPlanner(NavigationPlanner):
             resolution=0.05, layers=["obstacle"]
         )
     )
-    """What it stops before: costs near that do not count."""
-
-    desired_speed: PositiveSpeed = 0.6
-    """How fast it wants to go, in m/s."""
-
-    carrot_distance: PositiveLength = 1.0
-    """How far ahead on the plan the point is that it is drawn to, in meters."""
-
-    horizon: Period = 0.25
-    """How far ahead the force is followed, in seconds. In 0.25 s the force of
-    the goal brings about the wanted velocity; followed for longer, it would
-    overshoot."""
-
-    turn_time: Period = 0.4
-    """The time in which the robot turns into the wanted velocity, in seconds.
+    """Local costmap of the obstacles before which it stops, without inflation.
     """
 
+    desired_speed: PositiveSpeed = 0.6
+    """Desired speed, in m/s."""
+
+    carrot_distance: PositiveLength = 1.0
+    """Distance of the attracting point ahead on the plan, in meters."""
+
+    horizon: Period = 0.25
+    """Time over which the force acts on the velocity, in seconds. In 0.25 s the
+    goal's force gives the desired velocity; a longer time would overshoot."""
+
+    turn_time: Period = 0.4
+    """Time in which the robot turns to the desired direction, in seconds."""
+
     slow_distance: PositiveLength = 0.8
-    """Nearer to its goal than this it slows down, in meters."""
+    """Distance from the goal below which it slows down, in meters."""
 
     def control(
         self,
@@ -79,7 +78,7 @@ class SfmPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        # Reading a scenario does without numba.
+        # Imported here, so that reading a scenario does not load numba.
         from hunav_drake.systems.planning.social.differential import steer
         from hunav_drake.systems.planning.social.following import (
             at_end,
@@ -115,8 +114,8 @@ class SfmPlanner(NavigationPlanner):
         free = is_free(setup.footprint, costmap, view, v, omega)
         if free and v > 0:
             return Control(v, omega)
-        # It faces where it wants to go. (Turned to where it is pushed, it would
-        # sway with whoever steps in front of it.)
+        # It faces its target point. (Facing the direction of the force, it
+        # would sway with each person who steps in front of it.)
         dx, dy = x - float(view.robot[X]), y - float(view.robot[Y])
         _, omega = steer(dx, dy, yaw, *how)
         if free or abs(wrap_angle(math.atan2(dy, dx) - yaw)) > 0.1:
@@ -124,7 +123,7 @@ class SfmPlanner(NavigationPlanner):
         return Control(0.0, 0.0, fault="something is in the way")
 
 
-# Those of people.
+# The parameters of people.
 _PARAMETERS = np.array(
     [getattr(SocialForceParameters(), name) for name in PARAMETERS]
 )

@@ -1,4 +1,4 @@
-"""SFW: the dynamic window with people predicted by the social force."""
+"""SFW: a dynamic window planner that predicts people by the social force."""
 
 from dataclasses import field
 import math
@@ -45,14 +45,14 @@ from hunav_drake.systems.robot.robot_config import (
 )
 from hunav_drake.systems.world.maps.costs import Costmap
 
-# The weights of the force model of the paper's time (lightsfm, 2023), but for
-# the one of the social force; without its later turn that breaks ties.
+# The weights of lightsfm in 2023, the time of the paper, except for the social
+# force; without its later angle that breaks symmetry.
 _FORCES = SocialForceParameters(social_factor=2.1, epsilon=0.0)
 
-# Parts of the largest speed and turn rate that are tried.
+# The fractions of the maximum speed and turn rate to sample.
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
-# How far it must come to have left a spot, in meters.
+# The distance from a spot at which the robot has left it, in meters.
 _SPOT = 0.5
 
 _NO_POINTS: Array = np.zeros((0, 2))
@@ -61,13 +61,13 @@ Weight = Annotated[StrictFloat, within(0, 1e6)]
 
 
 class Setup(NamedTuple):
-    """What follows from the parameters, made once.
+    """Values derived from the parameters, computed once.
 
     Attributes:
-        candidates: Shape (44, 2), rows (v, omega), in the order in which they
-            are preferred where costs are equal.
-        p: The parameters of `prediction.Parameters`, which kernels read.
-        k: Those of the forces.
+        candidates: Shape (44, 2), rows (v, omega), in the order of preference
+            at equal costs.
+        p: The `prediction.Parameters` as an array for kernels.
+        k: The parameters of the forces.
     """
 
     candidates: Array
@@ -76,7 +76,7 @@ class Setup(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """What SFW weighs in a cycle.
+    """The candidates of SFW in a cycle.
 
     Attributes:
         velocities: Shape (44, 2), rows (v, omega).
@@ -90,14 +90,14 @@ class Weighed(NamedTuple):
 @register_planner("sfw")
 @dataclass(kw_only=True, config=CONFIG)
 class SfwPlanner(NavigationPlanner):
-    """Weighs velocities by the social work that they lead to.
+    """Takes the velocity with the lowest cost, which includes social work.
 
-    In each cycle it predicts 44 pairs of a speed and a turn rate: the robot
-    moves towards the pair, and people move by the social force model, in which
-    the robot is one of them. It takes the pair with the lowest sum of speed
-    left, distance and bearing to a point ahead on the plan, cost of the map,
-    and social work (social_force_window_planner). The parameters are named as
-    there; the defaults are those of its example.
+    In each cycle it predicts 44 pairs of a speed and a turn rate: the robot's
+    velocity changes to the pair, and people move by the social force model, in
+    which the robot is one of the agents. It takes the pair with the lowest sum
+    of costs: unused speed, distance and bearing to a point ahead on the plan,
+    costmap, and social work (social_force_window_planner). The parameters have
+    the names used there; the defaults are those of its example.
     """
 
     initial_control: ClassVar[Any] = SfwMemory()
@@ -105,92 +105,95 @@ class SfwPlanner(NavigationPlanner):
     local_costmap: LocalCostmap = field(
         default_factory=lambda: LocalCostmap(size=4.0)
     )
-    """What is on the local map; it must be at least 4 m wide, or the robot is
-    always near the end of its plan."""
+    """Local costmap; its size must be at least 4 m, or the robot is always near
+    the end of its local plan."""
 
     max_trans_vel: PositiveSpeed = 0.8
-    """The largest speed, in m/s."""
+    """Maximum speed, in m/s."""
 
     min_trans_vel: Speed = 0.08
-    """The least speed near the end of the plan, in m/s."""
+    """Minimum speed near the end of the plan, in m/s."""
 
     max_rot_vel: TurnRate = 1.57
-    """The largest turn rate, in rad/s."""
+    """Maximum turn rate, in rad/s."""
 
     min_rot_vel: Annotated[StrictFloat, within(0, 100, "rad/s")] = 0.52
-    """The least turn rate near the end of the plan, in rad/s."""
+    """Minimum turn rate near the end of the plan, in rad/s."""
 
     max_trans_acc: Acceleration = 0.15
-    """How fast the speed changes in the prediction, in m/s^2."""
+    """Maximum linear acceleration in the prediction, in m/s^2."""
 
     max_rot_acc: TurnAcceleration = 0.52
-    """How fast the turn rate changes in the prediction, in rad/s^2."""
+    """Maximum angular acceleration in the prediction, in rad/s^2."""
 
     min_in_place_rot_vel: TurnRate = 0.7
-    """The turn rate at the end, to the heading of the goal, in rad/s."""
+    """Rate of the turn in place to the goal's heading, in rad/s."""
 
     xy_goal_tolerance: PositiveLength = 0.2
-    """How near to the end of the plan it turns on the spot, in meters."""
+    """Distance from the end of the plan below which it turns in place, in
+    meters."""
 
     yaw_goal_tolerance: Annotated[
         StrictFloat, within(0, math.pi, "rad", low_open=True)
     ] = 0.2
-    """How near its heading must be to the goal's at the end, in radians."""
+    """Tolerance of the heading at the goal, in radians."""
 
     wp_tolerance: PositiveLength = 1.0
-    """How far ahead on the plan the point is that it steers to, in meters."""
+    """Distance of the target point ahead on the plan, in meters."""
 
     slow_distance: PositiveLength = 1.5
-    """Nearer to the end of the plan than this it slows down, and people do not
-    count any more, in meters."""
+    """Distance from the end of the plan below which it slows down and ignores
+    people, in meters."""
 
     sim_time: Period = 1.5
-    """How far ahead it predicts, in seconds."""
+    """Time horizon of the prediction, in seconds."""
 
     sim_granularity: Annotated[StrictFloat, within(0.01, 60, "s")] = 0.25
-    """The step of the prediction, in seconds."""
+    """Time step of the prediction, in seconds."""
 
     sfm_robot_radius: BodyRadius = 0.4
-    """The radius of the robot in the prediction, in meters."""
+    """Radius of the robot in the prediction, in meters."""
 
     person_radius: BodyRadius = 0.35
-    """The radius of people in the prediction, in meters."""
+    """Radius of people in the prediction, in meters."""
 
     social_weight: Weight = 2.0
-    """How much the social work counts."""
+    """Weight of the social work."""
 
     costmap_weight: Weight = 2.0
-    """How much the cost of the map counts."""
+    """Weight of the costmap."""
 
     velocity_weight: Weight = 0.8
-    """How much the speed that is left over counts."""
+    """Weight of the unused speed."""
 
     angle_weight: Weight = 0.6
-    """How much the bearing to the point ahead counts."""
+    """Weight of the bearing to the target point."""
 
     distance_weight: Weight = 1.0
-    """How much the distance to the point ahead counts."""
+    """Weight of the squared distance to the target point."""
 
     max_obstacle_dist: PositiveLength = 3.0
-    """How far obstacles are felt, in meters."""
+    """Range within which obstacles exert a force, in meters."""
 
     obstacle_points: Annotated[Integer, Field(ge=3, le=10_000)] = 120
-    """In how many directions the nearest obstacle is felt, as a point."""
+    """Number of directions in which the nearest obstacle counts as a point."""
 
     naive_goal_time: Period = 1.0
-    """How long people are taken to go on as they walk, in seconds."""
+    """Time for which people are assumed to keep their velocity, in seconds; it
+    gives their goals."""
 
     people_velocity: PositiveSpeed = 1.7
-    """How fast people are taken to walk at most, in m/s."""
+    """Maximum walking speed of people in the prediction, in m/s."""
 
     patience: Period = 3.0
-    """After so long on one spot, in seconds, the forces of obstacles do not
-    count until it has left it: else they may hold it between walls forever."""
+    """Time on one spot after which obstacle forces are ignored until the robot
+    has left it, in seconds. Otherwise they may hold it between walls forever.
+    """
 
     legacy_body_frame_velocity: StrictBool = False
-    """Whether the velocity of the robot in the forces is that along its own
-    axes instead of those of its odometry, which begins where the robot does: an
-    oversight of the original. A robot that has not turned notices nothing."""
+    """Whether the robot's velocity in the forces is expressed in its body frame
+    but used as if in its odometry frame, which has the robot's start pose: a
+    bug of the original. It has no effect on a robot that has not turned."""
 
     def control(
         self,
@@ -201,12 +204,61 @@ class SfwPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        return choose(self, task, view, local, costmap, memory)
+        # Imported here, so that reading a scenario does not load numba.
+        from hunav_drake.systems.planning.social.following import (
+            INSIDE,
+            carrot_at,
+        )
+
+        x, y, yaw = view.robot[: YAW + 1].tolist()
+        odometry_yaw = math.nan
+        if self.legacy_body_frame_velocity:
+            if memory.odometry_yaw is None:
+                memory = memory._replace(odometry_yaw=yaw)
+            odometry_yaw = memory.odometry_yaw or 0.0
+        end = local.poses[-1]
+        left = math.hypot(end[X] - x, end[Y] - y)
+        # A tighter goal tolerance of the task holds here, too.
+        if left < min(self.xy_goal_tolerance, INSIDE * task.goal_tolerance):
+            error = wrap_angle(float(end[YAW]) - yaw)
+            if abs(error) < min(
+                self.yaw_goal_tolerance, INSIDE * task.goal_yaw_tolerance
+            ):
+                return Control(0.0, 0.0, memory.anew())
+            turn = min(
+                self.min_in_place_rot_vel, abs(error) / self.reaction_time(task)
+            )
+            return Control(0.0, math.copysign(turn, error), memory.anew())
+        if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
+            memory = memory.anew(x, y)
+        memory = memory._replace(cycles=memory.cycles + 1)
+        carrot = carrot_at(view, local, self.wp_tolerance)
+        if left < self.slow_distance:
+            pair = _towards(self, task, view, carrot, left)
+            costs = weigh(
+                *(self, task, view, carrot, costmap),
+                np.array([pair]),
+                odometry_yaw=odometry_yaw,
+            ).costs
+            if math.isfinite(costs[0]):
+                return Control(*pair, memory)
+        held = memory.cycles * self.period > self.patience
+        weighed = weigh(
+            *(self, task, view, carrot, costmap),
+            walls=not held,
+            odometry_yaw=odometry_yaw,
+        )
+        best = int(np.argmin(weighed.costs))
+        if not math.isfinite(weighed.costs[best]):
+            fault = "no velocity is free of collision"
+            return Control(0.0, 0.0, memory, fault)
+        v, omega = weighed.velocities[best].tolist()
+        return Control(v, omega, memory)
 
 
 def set_up(planner: SfwPlanner, task: PlanningTask) -> Setup:
-    """Returns what follows from the parameters and the task."""
-    # Reading a scenario does without numba.
+    """Returns the values derived from the parameters and the task."""
+    # Imported here, so that reading a scenario does not load numba.
     from hunav_drake.systems.planning.social.prediction import Parameters
 
     fastest = min(planner.max_trans_vel, task.limits.max_speed)
@@ -234,65 +286,6 @@ def set_up(planner: SfwPlanner, task: PlanningTask) -> Setup:
     return Setup(candidates, p, k)
 
 
-def choose(
-    planner: SfwPlanner,
-    task: PlanningTask,
-    view: View,
-    local: LocalPlan,
-    costmap: Costmap,
-    memory: SfwMemory,
-) -> Control:
-    """Returns the command of one cycle: see `SfwPlanner`."""
-    # Reading a scenario does without numba.
-    from hunav_drake.systems.planning.social.following import INSIDE, carrot_at
-
-    x, y, yaw = view.robot[: YAW + 1].tolist()
-    odometry_yaw = math.nan
-    if planner.legacy_body_frame_velocity:
-        if memory.odometry_yaw is None:
-            memory = memory._replace(odometry_yaw=yaw)
-        odometry_yaw = memory.odometry_yaw or 0.0
-    end = local.poses[-1]
-    left = math.hypot(end[X] - x, end[Y] - y)
-    # Where the robot counts as at its goal only nearer, it is to come nearer.
-    if left < min(planner.xy_goal_tolerance, INSIDE * task.goal_tolerance):
-        error = wrap_angle(float(end[YAW]) - yaw)
-        if abs(error) < min(
-            planner.yaw_goal_tolerance, INSIDE * task.goal_yaw_tolerance
-        ):
-            return Control(0.0, 0.0, memory.anew())
-        turn = min(
-            planner.min_in_place_rot_vel,
-            abs(error) / planner.reaction_time(task),
-        )
-        return Control(0.0, math.copysign(turn, error), memory.anew())
-    if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
-        memory = memory.anew(x, y)
-    memory = memory._replace(cycles=memory.cycles + 1)
-    carrot = carrot_at(view, local, planner.wp_tolerance)
-    if left < planner.slow_distance:
-        pair = _towards(planner, task, view, carrot, left)
-        costs = weigh(
-            *(planner, task, view, carrot, costmap),
-            np.array([pair]),
-            odometry_yaw=odometry_yaw,
-        ).costs
-        if math.isfinite(costs[0]):
-            return Control(*pair, memory)
-    held = memory.cycles * planner.period > planner.patience
-    weighed = weigh(
-        *(planner, task, view, carrot, costmap),
-        walls=not held,
-        odometry_yaw=odometry_yaw,
-    )
-    best = int(np.argmin(weighed.costs))
-    if not math.isfinite(weighed.costs[best]):
-        fault = "each way ahead leads into something"
-        return Control(0.0, 0.0, memory, fault)
-    v, omega = weighed.velocities[best].tolist()
-    return Control(v, omega, memory)
-
-
 def _towards(
     planner: SfwPlanner,
     task: PlanningTask,
@@ -300,9 +293,9 @@ def _towards(
     carrot: tuple[float, float],
     left: float,
 ) -> tuple[float, float]:
-    """Returns the slower velocity near the end of the plan.
+    """Returns the reduced velocity near the end of the plan.
 
-    It is a turn on the spot where the tightest curve goes around the end.
+    It is a turn in place where the tightest curve would circle the end.
     """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     low, high = planner.min_trans_vel, planner.max_trans_vel
@@ -328,19 +321,12 @@ def weigh(
     walls: bool = True,
     odometry_yaw: float = math.nan,
 ) -> Weighed:
-    """Returns candidates and their costs, also for those who look at them.
+    """Returns candidates and their costs, for inspection, too.
 
-    Args:
-        planner: The parameters.
-        task: What does not change.
-        view: What the planner sees.
-        carrot: The point (x, y) on the plan that it steers to.
-        costmap: The local map.
-        velocities: What to weigh, shape (m, 2), rows (v, omega); by default
-            the 44 candidates.
-        walls: Whether the forces of obstacles count.
-        odometry_yaw: The direction that the robot's velocity is taken along
-            in the forces, in radians; NaN for its heading.
+    `carrot` is the target point (x, y) on the plan; `velocities`, shape (m, 2),
+    rows (v, omega), are the 44 candidates by default; `walls` is whether the
+    forces of obstacles count; `odometry_yaw` is the direction of the robot's
+    velocity in the forces, in radians, NaN for its heading.
     """
     from hunav_drake.systems.planning.social.prediction import candidate_costs
 
@@ -364,7 +350,7 @@ def weigh(
 
 
 def _points(planner: SfwPlanner, task: PlanningTask, view: View) -> Array:
-    """Returns where obstacles are that are not people, shape (m, 2)."""
+    """Returns the points of obstacles other than people, shape (m, 2)."""
     from hunav_drake.systems.planning.costmap.obstacle_layer import scan_ends
     from hunav_drake.systems.planning.social.prediction import wall_points
 
@@ -378,7 +364,7 @@ def _points(planner: SfwPlanner, task: PlanningTask, view: View) -> Array:
         assert task.lidar is not None
         ends = scan_ends(task.lidar, view.scan, view.robot)
         ends = ends[ends[:, 2] < min(reach, task.lidar.range_max)]
-        # (Rays are finer than what the forces need.)
+        # (The forces need fewer points than there are rays.)
         every = max(1, len(ends) // planner.obstacle_points)
         points = np.ascontiguousarray(ends[::every, :2])
     if not len(view.humans) or not len(points):

@@ -1,17 +1,17 @@
-"""What SFW remembers: an immutable value in the Context."""
+"""The memory of SFW: an immutable value in the Context."""
 
 from typing import NamedTuple
 
 
 class SfwMemory(NamedTuple):
-    """Where the robot is held, and how its odometry lies.
+    """The spot where the robot is held, and the direction of its odometry.
 
     Attributes:
-        x: The spot, in W, in meters.
-        y: The same along the other axis.
-        cycles: For how many cycles it has been there; 0 before the first.
+        x: The spot's x, in W, in meters.
+        y: The spot's y.
+        cycles: The number of cycles there; 0 before the first.
         odometry_yaw: The direction of the odometry's x axis in W, in radians;
-            None where it is not needed, or not known yet.
+            None if it is not needed or not known yet.
     """
 
     x: float = 0.0
@@ -20,5 +20,5 @@ class SfwMemory(NamedTuple):
     odometry_yaw: float | None = None
 
     def anew(self, x: float = 0.0, y: float = 0.0) -> "SfwMemory":
-        """Returns the memory of a robot that has just come to a spot."""
+        """Returns the memory of a robot that has just reached a spot."""
         return SfwMemory(x, y, 0, self.odometry_yaw)

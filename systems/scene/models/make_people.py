@@ -1,7 +1,7 @@
-"""Makes the parts of a person's figure, the OBJ files beside this script.
+"""Generates the parts of a person's figure, the OBJ files in this folder.
 
-`python -m hunav_drake.systems.scene.models.make_people` writes them. All are of
-one size for everybody, each in the frame of its body, x forward and z up, in
+`python -m hunav_drake.systems.scene.models.make_people` writes them. They have
+one size for all people, each in the frame of its body, x forward and z up, in
 meters.
 """
 
@@ -91,7 +91,7 @@ def make_people() -> dict[str, TriangleMesh]:
         "shoe": loft(SHOE_SECTIONS, sides=14, power=2.3),
         "sleeve": join([upper_arm, _hanging(forearm)]),
         "hand": _hanging(hand),
-        # Of the arm that holds a telephone before the face.
+        # The arm that holds a telephone in front of the face.
         "bent_sleeve": join([bent, _held(forearm)]),
         "holding_hand": _held(hand),
         "telephone": _facing_up(telephone),
@@ -104,17 +104,17 @@ def _sheet(back: float, front: float, half: float) -> list[list[float]]:
 
 
 def _facing_up(telephone: TriangleMesh) -> TriangleMesh:
-    """Turns what lies in the hand of the bent arm to the eyes."""
+    """Turns an object in the hand of the bent arm to the eyes."""
     return telephone.moved((0.36, 0.0, -0.07), pitch=0.8)
 
 
 def _hanging(forearm: TriangleMesh) -> TriangleMesh:
-    """Puts what hangs from the elbow on the arm that hangs, slightly bent."""
+    """Puts a part below the elbow on a hanging, slightly bent arm."""
     return forearm.moved((0.0, 0.0, -0.275), pitch=-0.4)
 
 
 def _held(forearm: TriangleMesh) -> TriangleMesh:
-    """Puts what hangs from the elbow on the arm that holds something."""
+    """Puts a part below the elbow on the arm that holds a telephone."""
     return forearm.moved((0.12, 0.0, -0.248), pitch=-2.15)
 
 

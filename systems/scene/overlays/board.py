@@ -1,4 +1,4 @@
-"""The objects in Meshcat that show overlays, and where they are."""
+"""The Meshcat objects of overlays and their paths."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,20 +30,20 @@ from hunav_drake.systems.scene.scene_config import (
 )
 from hunav_drake.systems.world.shapes import World
 
-# Where the visualizer of the scene puts figures, and overlays of no person.
+# The Meshcat paths of figures, and of overlays that belong to no person.
 FIGURES = "/drake/visualizer"
 PLACE = "/drake/overlays"
 
-# What people do, as their tags say it.
+# The activities of people on their tags.
 ACTIVITIES = ("", "stands", "reacts")
 
-# How many dots show a walked path, a planned path, and a scan.
+# The numbers of dots of a walked path, a planned path, and a scan.
 WALKED_DOTS = 12
 PLAN_DOTS = 24
 MAX_SCAN_DOTS = 90
 
-# Heights of overlays above the floor, in meters. Each has its own, and so has
-# each person: surfaces at one height would flicker.
+# Heights of overlays above the floor, in meters. They differ by overlay and by
+# person, because surfaces at the same height would flicker.
 _RING_Z, _REACTION_Z, _WALKED_Z = 0.020, 0.026, 0.032
 PLAN_Z, _FORCE_Z, SCAN_Z = 0.039, 0.041, 0.2
 COSTMAP_Z: dict[Overlay, float] = {
@@ -52,18 +52,18 @@ COSTMAP_Z: dict[Overlay, float] = {
 }
 _LIFT, _LEVELS = 0.0005, 12
 
-# Under the floor, where nobody sees it.
+# Below the floor, where nothing is visible.
 HIDDEN_Z = -1.0
 
 
 @dataclass(frozen=True)
 class Walker:
-    """One whose path is shown: a person, or the robot.
+    """A person or the robot whose walked path is shown.
 
     Attributes:
         name: The name of the figure.
         row: The row in `human_states`; -1 for the robot.
-        height: How high its path lies, in meters.
+        height: The height of its path, in meters.
     """
 
     name: str
@@ -72,7 +72,7 @@ class Walker:
 
 
 class Board:
-    """The objects that show overlays; it knows their paths."""
+    """Draws the objects of overlays and gives their Meshcat paths."""
 
     def __init__(
         self,
@@ -82,15 +82,7 @@ class Board:
         names: Sequence[str],
         robot: RobotConfig | None,
     ) -> None:
-        """Constructs a Board; `Draw` draws on it.
-
-        Args:
-            meshcat: Where.
-            world: The walls.
-            humans: The people.
-            names: The names of their figures.
-            robot: The robot, if there is one.
-        """
+        """Constructs a Board in Meshcat; `names` are those of the figures."""
         self.meshcat = meshcat
         self.names = tuple(names)
         self.walkers = [
@@ -102,9 +94,9 @@ class Board:
             self.walkers.append(
                 Walker("robot", -1, _WALKED_Z + _LIFT * _LEVELS)
             )
-        # The camera of the overview, to which tags turn: right, up, back.
+        # The axes of the overview camera that tags face: right, up, back.
         self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
-        # A frame that moves as the robot does, for views that follow it.
+        # A frame that moves with the robot, for views that follow it.
         self.robot = f"{PLACE}/overlay_robot"
         self._humans = tuple(humans)
         self._robot = robot
@@ -126,7 +118,7 @@ class Board:
         return f"{self.OfAll('plan')}/{dot}"
 
     def Scan(self, dot: int) -> str:
-        """Returns the path of a dot where the lidar meets something."""
+        """Returns the path of a dot at a hit of the lidar."""
         return f"{self.OfAll('scan')}/{dot}"
 
     def Force(self, name: str, kind: int) -> str:
@@ -138,7 +130,7 @@ class Board:
         return f"{self.OfPerson('names', name)}/{activity}"
 
     def Paths(self, overlay: Overlay) -> list[str]:
-        """Returns the paths to hide so that an overlay is hidden."""
+        """Returns the paths of an overlay, to show or hide it."""
         if overlay in ("walked", "plan", "scan", "clock", *COSTMAPS):
             return [self.OfAll(overlay)]
         if overlay == "goals":
@@ -157,7 +149,7 @@ class Board:
             self.meshcat.SetProperty(path, "visible", visible)
 
     def Draw(self, shown: Sequence[Overlay], num_scan_dots: int = 0) -> None:
-        """Draws all overlays anew, and hides those that are not `shown`."""
+        """Redraws all overlays, and hides those that are not `shown`."""
         self.meshcat.Delete(PLACE)
         for i, (human, name) in enumerate(
             zip(self._humans, self.names, strict=True)
@@ -174,7 +166,7 @@ class Board:
             self._AddDot(self.Plan(k), 0.045, PLAN)
         for k in range(num_scan_dots):
             self._AddDot(self.Scan(k), 0.025, SCAN)
-        # Nothing to see: it tells the page of a replay that there is a clock.
+        # An empty object that tells the page of a replay to show a clock.
         self.meshcat.SetTransform(self.OfAll("clock"), RigidTransform())
         for overlay in OVERLAYS:
             self.Show(overlay, overlay in shown)
@@ -205,7 +197,7 @@ class Board:
             text = tag_text(human.name, human.behavior_name, activity)
             path = self.Tag(name, k)
             self.meshcat.SetObject(path, TagBoard(text, activity == "reacts"))
-        # Turned to the camera by whoever shows it.
+        # The page or the publisher turns it to the camera.
         self.meshcat.SetProperty(
             self.OfPerson("names", name), "position", [0.0, 0.0, TAG_Z]
         )
@@ -214,10 +206,8 @@ class Board:
 def force_scale(force: np.ndarray) -> tuple[float, float]:
     """Returns the length (m) and direction (rad) of the arrow of a force.
 
-    An arrow is half a meter long per m/s^2, and 2 m at most.
-
-    Args:
-        force: The pair (x, y), in m/s^2.
+    An arrow is 0.5 m long per m/s^2, and 2 m at most. The force is a pair (x,
+    y), in m/s^2.
     """
     x, y = force
     length = min(0.5 * math.hypot(x, y), 2.0)

@@ -11,28 +11,23 @@ from pydrake.geometry import InMemoryMesh, Mesh, Meshcat
 from hunav_drake.systems.world.maps.cost_picture import costmap_picture
 from hunav_drake.systems.world.maps.costs import Costmap
 
-# Numbers of OpenGL, which glTF uses.
+# OpenGL constants, which glTF uses.
 _NEAREST, _LINEAR, _CLAMP = 9728, 9729, 33071
 _FLOAT, _UNSIGNED_SHORT = 5126, 5123
 
 
-# A browser shows a picture until the next one is there, which it fetches after
-# it is told of it. For a slow one that takes longer than the next takes to
-# come: so many are kept for it.
+# The number of pictures kept for slow browsers. A browser fetches a picture
+# after it is announced, which may take longer than the next one takes to come.
 _KEPT = 8
 
 
 def ShowCostmap(
     meshcat: Meshcat, path: str, count: int, costmap: Costmap, height: float
 ) -> None:
-    """Shows a costmap in a live view, in the place of the one before.
+    """Shows a costmap in a live view, replacing the previous one.
 
-    Args:
-        meshcat: Where.
-        path: Under which its pictures are.
-        count: How many were shown before.
-        costmap: The map.
-        height: How high it lies above the floor, in meters.
+    Its pictures are below the Meshcat path `path`; `count` is the number of
+    costmaps shown before, `height` that above the floor, in meters.
     """
     if not costmap.costs.size:
         meshcat.Delete(f"{path}/shown")
@@ -51,15 +46,9 @@ def RecordCostmap(
     height: float,
     times: tuple[float, float],
 ) -> None:
-    """Shows a costmap in a recording, for some time.
+    """Shows a costmap in a recording from a start to an end time.
 
-    Args:
-        meshcat: Which records.
-        path: Under which its pictures are.
-        count: How many were recorded before.
-        costmap: The map.
-        height: How high it lies above the floor, in meters.
-        times: From when and until when, in seconds.
+    `times` are in seconds; the rest is as in `ShowCostmap`.
     """
     if not costmap.costs.size:
         return
@@ -72,11 +61,9 @@ def RecordCostmap(
 
 
 def CostmapBoard(costmap: Costmap, height: float) -> Mesh:
-    """Returns a map as a board that lies where the map is, for Meshcat.
+    """Returns a costmap as a flat board at its position, for Meshcat.
 
-    Args:
-        costmap: With at least one cell.
-        height: How high it lies above the floor, in meters.
+    It has at least one cell; `height` is that above the floor, in meters.
     """
     rows, columns = costmap.costs.shape
     x, y = costmap.origin
@@ -106,7 +93,7 @@ def CostmapBoard(costmap: Costmap, height: float) -> Mesh:
                 ]
             }
         ],
-        # As bright as the picture is, wherever the light comes from.
+        # Unlit, so that it has the brightness of the picture.
         "extensionsUsed": ["KHR_materials_unlit"],
         "materials": [
             {

@@ -1,4 +1,4 @@
-"""Draws overlays into Meshcat while a trial runs, and into its recording."""
+"""Draws overlays in Meshcat during a trial, and in its recording."""
 
 from collections.abc import Callable, Sequence
 import math
@@ -56,12 +56,12 @@ from hunav_drake.systems.scene.scene_config import (
 )
 from hunav_drake.systems.world.maps.costs import NO_MAP
 
-# So many frames are between two pictures of what people do and of forces, and
-# between two of plans and scans: a replay grows with each.
+# The number of frames between updates of activities and forces, and of plans
+# and scans; each update makes a replay larger.
 _FEW = 2
 _MANY = 4
 
-# The time between two pictures of costmaps, in seconds.
+# The time between two updates of costmaps, in seconds.
 _COSTMAP_PERIOD = 0.5
 
 _SMALL = [1e-3, 1e-3, 1.0]
@@ -78,10 +78,10 @@ def AddOverlayPublisher(
     is_recording: Callable[[], bool],
     scan_angles: Array | None = None,
 ) -> None:
-    """Adds an `OverlayPublisher`, and exports its inputs, to a builder.
+    """Adds an `OverlayPublisher` to a builder and exports its inputs.
 
-    The builder is that of the scene, whose inputs "human_states" and
-    "robot_state" it shares.
+    The builder is that of the scene; the publisher shares its inputs
+    "human_states" and "robot_state".
     """
     system = builder.AddNamedSystem(
         "overlays",
@@ -104,7 +104,7 @@ def AddOverlayPublisher(
 
 
 class OverlayPublisher(LeafSystem):
-    """Draws overlays into Meshcat.
+    """Draws overlays in Meshcat.
 
     .. pydrake_system::
 
@@ -120,16 +120,16 @@ class OverlayPublisher(LeafSystem):
         - scan
 
     Port `human_states` takes the states of `n` people (size 7n), `robot_state`
-    that of the robot (7; without a robot there is none, and nothing of its
-    planner), `behavior_status` n numbers, 0 for who does not react, `forces`
-    16n numbers (see `layout.FORCES`), `planner_path`, abstract, an array
-    (k, 2) or (k, 3) of points in W, `local_costmap` and `global_costmap`,
-    abstract, a `Costmap` each, and `scan` the distances of the rays of a lidar
-    (only if there are rays). All but the states may be unconnected.
+    that of the robot (size 7), `behavior_status` n numbers, 0 for people who do
+    not react, `forces` 16n numbers (see `layout.FORCES`), `planner_path`,
+    abstract, an array (k, 2) or (k, 3) of points in W, `local_costmap` and
+    `global_costmap`, abstract, a `Costmap` each, and `scan` the distances of a
+    lidar's rays (only if there are rays). Without a robot there are no ports of
+    it and its planner. All ports except the states may be unconnected.
 
-    It has no state: what it has drawn, Meshcat knows. It publishes every
-    `period`, if that is due (see `MeshcatViewer`), and where Meshcat records,
-    into the recording, too.
+    It has no state; Meshcat holds what is drawn. It publishes every `period`,
+    if that is due (see `MeshcatViewer`), and while Meshcat records, into the
+    recording, too.
     """
 
     def __init__(
@@ -144,15 +144,10 @@ class OverlayPublisher(LeafSystem):
     ) -> None:
         """Constructs an OverlayPublisher.
 
-        Args:
-            board: Where it draws.
-            shown: The overlays that are not hidden to begin with.
-            period: The time between two frames, in seconds.
-            is_due: Tells whether the frame of a Context is to be drawn, if it
-                is not forced to be.
-            is_recording: Tells whether Meshcat records.
-            scan_angles: The angles of the lidar's rays to the heading of the
-                robot, in radians; the rays begin at its center.
+        `shown` are the overlays that are visible initially; `is_due` returns
+        whether to draw the frame of a Context, if it is not forced.
+        `scan_angles` are those of the lidar's rays relative to the robot's
+        heading, in radians; the rays begin at its center.
         """
         super().__init__()
         self._board = board
@@ -232,7 +227,7 @@ class OverlayPublisher(LeafSystem):
         *,
         live: bool,
     ) -> None:
-        """Lays the next dot of each walked path; the older ones shrink."""
+        """Places the next dot of each walked path; older dots shrink."""
         board, meshcat = self._board, self._board.meshcat
         last = time + WALKED_TIME - self._period
         for walker in board.walkers:
@@ -241,8 +236,8 @@ class OverlayPublisher(LeafSystem):
             place = [0.0, 0.0, HIDDEN_Z]
             if row is not None and not math.isnan(row[X]):
                 place = [row[X], row[Y], walker.height]
-            # In a recording it lies there, and has shrunk away just before the
-            # next one takes its place.
+            # In a recording, it shrinks to nothing just before its object is
+            # reused.
             keys = [(last, _SMALL), (time, _FULL)]
             if count and count < WALKED_DOTS:
                 keys.insert(0, (time - self._period, _SMALL))
@@ -257,7 +252,7 @@ class OverlayPublisher(LeafSystem):
                 meshcat.SetProperty(older, "scale", [rest, rest, 1.0])
 
     def _TurnTags(self, humans: Array) -> None:
-        """Turns the name tags to where the camera is to begin with."""
+        """Turns the name tags to the initial position of the camera."""
         board = self._board
         for name, row in zip(board.names, humans, strict=True):
             if not math.isnan(row[X]):
@@ -269,7 +264,7 @@ class OverlayPublisher(LeafSystem):
     def _PublishPeople(
         self, context: Context, time: float, humans: Array
     ) -> None:
-        """Shows what people do, and the forces on them."""
+        """Shows the activities of people and the forces on them."""
         board, meshcat = self._board, self._board.meshcat
         n = len(board.names)
         if not n:
@@ -359,7 +354,7 @@ def upright(x: float, y: float, yaw: float) -> RigidTransform:
 
 
 def _kinds_of_forces(row: Array) -> tuple[Array, Array, Array]:
-    """Returns what draws to the goal, pushes from people, and from walls."""
+    """Returns the forces to the goal, from people, and from walls."""
     of_people = (
         SOCIAL_FORCE,
         GAZE_FORCE,
@@ -373,14 +368,9 @@ def _kinds_of_forces(row: Array) -> tuple[Array, Array, Array]:
 
 
 def spread(path: Array, count: int) -> Array:
-    """Returns points at equal distances along a path.
+    """Returns evenly spaced points (count, 2) along a path with rows (x, y).
 
-    Args:
-        path: Shape (k, 2) or more columns, rows (x, y, ...); k > 0.
-        count: How many points.
-
-    Returns:
-        Shape (count, 2), from the first to the last point of the path.
+    They go from its first to its last point.
     """
     points = path[:, :2]
     steps = np.hypot(*np.diff(points, axis=0).T)

@@ -1,4 +1,4 @@
-"""Name tags: pictures of text on a board, for Meshcat and for films."""
+"""Name tags: pictures of text on a board for Meshcat and for films."""
 
 from functools import lru_cache
 import io
@@ -7,15 +7,15 @@ from PIL import Image, ImageDraw, ImageFont
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
 
-# The height of a board, and how far its middle is above the floor, in meters.
+# The height of a board, and the height of its center above the floor, in m.
 TAG_HEIGHT = 0.26
 TAG_Z = 1.97
 
 # The size of letters in the picture of a board, in pixels.
 _LETTERS = 28
 
-# Letters, and the board behind them: of who goes about the day, and of who
-# reacts to the robot.
+# The colors of letters and board, of people who do not react to the robot and
+# of people who do.
 _CALM = ((255, 255, 255), (44, 50, 60))
 _REACTING = ((255, 255, 255), (190, 20, 55))
 
@@ -23,7 +23,7 @@ _LONGEST = 40
 
 
 def tag_text(name: str, behavior: str, activity: str = "") -> str:
-    """Returns what a tag says of a person."""
+    """Returns the text of a person's tag."""
     parts = [part for part in (name, behavior, activity) if part]
     text = " \N{MIDDLE DOT} ".join(parts)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "\u2026"
@@ -33,12 +33,9 @@ def tag_text(name: str, behavior: str, activity: str = "") -> str:
 def tag_picture(
     text: str, reacts: bool = False, letters: int = _LETTERS
 ) -> Image.Image:
-    """Returns a text on a board, as an RGBA picture.
+    """Returns a line of text on a board as an RGBA picture.
 
-    Args:
-        text: What it says, in one line.
-        reacts: Whether it has the color of who reacts.
-        letters: The size of letters, in pixels.
+    `reacts` gives it the color of people who react; letters are in pixels.
     """
     ink, board = _REACTING if reacts else _CALM
     font = ImageFont.load_default(letters)
@@ -55,13 +52,13 @@ def tag_picture(
 
 
 def TagBoard(text: str, reacts: bool = False) -> Mesh:
-    """Returns an upright board with a text, for Meshcat.
+    """Returns an upright board with a text for Meshcat.
 
-    It faces +z of its own frame, with the text along +x and up along +y, as a
-    picture on a screen; it is lit from within.
+    It faces +z of its frame, with the text along +x and up along +y, like a
+    picture on a screen; it is emissive.
     """
     picture = tag_picture(text, reacts)
-    # Corners without a transparent rim: Meshcat knows no partly clear board.
+    # Opaque corners: Meshcat does not support partly transparent boards.
     flat = Image.new("RGB", picture.size, _REACTING[1] if reacts else _CALM[1])
     flat.paste(picture, mask=picture.getchannel("A"))
     png = io.BytesIO()

@@ -1,5 +1,7 @@
-"""Publishes the figures to Meshcat, while somebody looks or it records."""
+"""Publishes figures to Meshcat while a browser shows it or it records."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from pydrake.geometry import (
@@ -20,13 +22,13 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat, MeshcatAnimation
 
-# While nobody looks, one frame of so many is published: whoever opens the page
-# of a trial that rests sees it about as it is.
+# Without viewers, one of this many frames is published, so that a page opened
+# later shows roughly the current state.
 _UNSEEN = 64
 
 
 class MeshcatViewer(LeafSystem):
-    """Publishes the geometry of a plant to Meshcat, where it is of use.
+    """Publishes the geometry of a plant to Meshcat when it is of use.
 
     .. pydrake_system::
 
@@ -35,15 +37,15 @@ class MeshcatViewer(LeafSystem):
         - positions
 
     Port `positions` takes the generalized positions of the plant. It publishes
-    every `period`, but only now and then while no browser is connected and
-    nothing is recorded, for that is most of the cost; when forced to publish,
-    it always does.
+    every `period`, but less often while no browser is connected and nothing is
+    recorded, because publishing is most of the cost. A forced publish is always
+    done.
 
-    It records as Drake's MeshcatVisualizer does, by methods of the same names.
+    It records like Drake's MeshcatVisualizer, with methods of the same names.
 
-    It has no state. Geometry and poses are those of a diagram of its own, with
-    a SceneGraph, whose Context is written anew for each frame. Whether it
-    records is, like what it has drawn, a matter of the Meshcat, not of a trial.
+    It has no state. Geometry and poses belong to an internal diagram with a
+    SceneGraph, whose Context is overwritten for each frame. Whether it records
+    is, like what is drawn, a state of Meshcat, not of a trial.
     """
 
     def __init__(
@@ -56,11 +58,8 @@ class MeshcatViewer(LeafSystem):
     ) -> None:
         """Constructs a MeshcatViewer.
 
-        Args:
-            plant: Finalized; a source of geometry of the SceneGraph.
-            scene_graph: The geometry as it is now; it is copied.
-            meshcat: Where it publishes.
-            period: The time between two frames, in seconds.
+        The finalized plant is a source of the SceneGraph, which is copied;
+        `period` is the time between two frames, in seconds.
         """
         super().__init__()
         self._meshcat = meshcat
@@ -94,9 +93,9 @@ class MeshcatViewer(LeafSystem):
         return self._positions
 
     def is_due(self, context: Context) -> bool:
-        """Returns whether the present frame is worth to be published.
+        """Returns whether the current frame should be published.
 
-        All are while a browser shows the Meshcat, and while it records.
+        All frames are while a browser shows the Meshcat, and while it records.
         """
         return (
             self._records
@@ -109,25 +108,25 @@ class MeshcatViewer(LeafSystem):
         return self._records
 
     def StartRecording(self, **options: bool) -> None:
-        """Begins to record each frame; see Drake's MeshcatVisualizer."""
+        """Starts to record each frame; see Drake's MeshcatVisualizer."""
         self._visualizer.StartRecording(**options)
         self._records = True
 
     def StopRecording(self) -> None:
-        """Records no more frames."""
+        """Stops the recording."""
         self._visualizer.StopRecording()
         self._records = False
 
     def PublishRecording(self) -> None:
-        """Sends what is recorded to Meshcat."""
+        """Publishes the recording to Meshcat."""
         self._visualizer.PublishRecording()
 
     def DeleteRecording(self) -> None:
-        """Forgets what is recorded."""
+        """Deletes the recording."""
         self._visualizer.DeleteRecording()
 
     def get_mutable_recording(self) -> "MeshcatAnimation":
-        """Returns what is recorded."""
+        """Returns the recording."""
         return self._visualizer.get_mutable_recording()
 
     def _Clear(self, context: Context) -> EventStatus:
@@ -146,3 +145,22 @@ class MeshcatViewer(LeafSystem):
         )
         self._shown.ForcedPublish(self._scratch)
         return EventStatus.Succeeded()
+
+
+@contextmanager
+def RecordReplay(
+    visualizer: MeshcatViewer | MeshcatVisualizer, *, live: bool = False
+) -> Iterator[None]:
+    """Records a visualizer (`ScenePorts.visualizer`) while the block runs.
+
+    Afterwards the recording is in the visualizer's Meshcat, for SaveReplay,
+    also if the block raises an error. It replaces a previous recording. `live`
+    is whether browsers show the run while it is recorded.
+    """
+    visualizer.DeleteRecording()
+    visualizer.StartRecording(set_transforms_while_recording=live)
+    try:
+        yield
+    finally:
+        visualizer.StopRecording()
+        visualizer.PublishRecording()

@@ -100,8 +100,8 @@ def test_fields_are_described(schema):
     fields = next(form for form in forms if "properties" in form)["properties"]
     assert fields["type"] == {"const": "differential_drive"}
     assert fields["goal"]["description"] == (
-        "The pose (x, y, yaw) to reach, in W, in meters and radians; without"
-        " one the robot stays where it is."
+        "Goal pose (x, y, yaw) in W, in meters and radians. None: the robot"
+        " does not move."
     )
     human = schema["$defs"]["HumanConfig"]["properties"]
     assert human["desired_speed"]["description"].startswith("The speed that")

@@ -504,7 +504,7 @@ class Knocks(LeafSystem):
     def _Calc(self, context, output):
         step = round(context.get_time() / self._time_step)
         rows = np.zeros((2, 8))
-        # From which step to which, how hard, and on whom.
+        # First step, end step, force and person.
         for begin, end, force, who in (
             *((2, 8, 900.0, 1), (41, 46, 100.0, 0)),
             *((50, 55, 5.0, 0), (90, 95, 20.0, 0)),

@@ -296,7 +296,7 @@ def test_a_metric_without_a_definition_can_be_listed(capsys):
     register()
     assert main(["metrics"]) == 0
     assert main(["metrics", "show", "new"]) == 0
-    assert capsys.readouterr().out.count("not told what it is") == 2
+    assert capsys.readouterr().out.count("(no description)") == 2
 
 
 @pytest.mark.usefixtures("restored_metrics")

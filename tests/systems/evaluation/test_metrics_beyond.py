@@ -546,7 +546,7 @@ def test_what_is_in_view_from_the_start_is_no_surprise():
     dut = make(np.arange(9) * 0.1, rows(9), [rows(9, x=3.0, yaw=PI)])
     assert value(dut, "surprise_shock_cost") == 0
     assert value(dut, "surprise_react_cost") == 0
-    # Nor is it to who comes, and sees it at once.
+    # Nor is it to people who arrive and see it at once.
     human = rows(9, x=3.0, yaw=PI)
     human[:4] = np.nan
     dut = make(np.arange(9) * 0.1, rows(9), [human])

@@ -463,7 +463,7 @@ def test_without_people_sums_are_0_and_the_rest_has_no_value():
         "obstacle_force_on_agents",
         "obstacle_force_on_agents_rate",
         "min_time_to_collision",
-        # Nothing tells of contacts.
+        # Contacts are not recorded.
         "max_contact_force",
         "contact_impulse",
         "contacts_by_robot",

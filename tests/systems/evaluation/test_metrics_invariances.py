@@ -189,7 +189,7 @@ def test_someone_far_away_changes_no_collision_and_no_force(recording):
         "avg_pedestrian_velocity",
         "obstacle_force_on_agents",
         "obstacle_force_on_agents_rate",
-        # Who stands still for the whole world is passed by it.
+        # The robot passes a person who stands still in the world.
         "danger_fear_cost",
         "danger_fear_cost_rate",
         "danger_panic_cost",

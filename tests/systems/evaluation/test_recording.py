@@ -79,7 +79,7 @@ def test_it_may_be_of_nobody_and_of_one_instant():
         ({"human_ids": (1, 10**30)}, "human_ids: must be finite, whole"),
         ({"human_ids": ("a", "b")}, "human_ids: is not an array"),
         ({"human_ids": ([1], [2])}, r"human_ids: must have the shape \(2\)"),
-        ({"group_ids": 3}, "group_ids: is no list"),
+        ({"group_ids": 3}, "group_ids: is not a list"),
         ({"group_ids": (1, math.inf)}, "group_ids: must be finite, whole"),
         ({"goal": (1j, 2.0, 3.0)}, "goal: is not an array.*complex"),
         ({"goal_tolerance": [1.0, 2.0]}, "goal_tolerance: must have the"),

@@ -17,7 +17,6 @@ from hunav_drake.systems.planning.mppi.mppi import (
     CriticWeights,
     draw_noise,
     even_path,
-    optimize,
     setting,
 )
 from hunav_drake.systems.planning.mppi.parameters import Critic
@@ -366,7 +365,7 @@ def decide(planner, *, robot=(0, 0, 0, 0, 0, 0, 0.3), memory=None, cost=0):
     view = View(np.array(robot, float), NOBODY, np.array(FAR))
     local = LocalPlan(STRAIGHT, FAR, True)
     memory = MppiMemory() if memory is None else memory
-    return optimize(planner, make_task(), view, local, make_map(cost), memory)
+    return planner.control(make_task(), view, local, make_map(cost), memory)
 
 
 def test_it_drives_along_a_plan_within_the_limits_of_the_robot():
@@ -409,9 +408,8 @@ def test_old_controls_that_lead_into_something_are_dropped():
     costs = make_map()
     costs.costs[:, 94:] = 254
     view = View(np.array([0, 0, 0, 0.0, 0, 0, 0.3]), NOBODY, np.array(FAR))
-    control = optimize(
-        *(MppiPlanner(), TASK, view, LocalPlan(STRAIGHT, FAR, True)),
-        *(costs, memory),
+    control = MppiPlanner().control(
+        *(TASK, view, LocalPlan(STRAIGHT, FAR, True)), *(costs, memory)
     )
     assert not control.fault
     assert abs(control.v) < 0.3

@@ -8,7 +8,7 @@ import pytest
 
 from hunav_drake.systems.planning import View
 from hunav_drake.systems.planning.mppi import MppiMemory, MppiPlanner
-from hunav_drake.systems.planning.mppi.mppi import optimize, setting
+from hunav_drake.systems.planning.mppi.mppi import setting
 from hunav_drake.systems.planning.mppi.rollouts import (
     command_of,
     held,
@@ -72,7 +72,7 @@ def test_the_next_cycle_begins_with_the_command_of_this_one(period):
     local = LocalPlan(STRAIGHT, FAR, True)
     made = setting(planner, task)
     for _ in range(3):
-        control = optimize(planner, task, view, local, make_map(), memory)
+        control = planner.control(task, view, local, make_map(), memory)
         memory = control.memory
         assert memory.controls.shape == (made.steps, 2)
         assert memory.past.shape == (4, 2)

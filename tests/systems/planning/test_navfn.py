@@ -141,7 +141,7 @@ def test_costs_move_the_way_away():
     [
         ((9, 1), (5, 2), r"the start \(9.00, 1.00\) is off the map"),
         ((1, 1), (5, -2), r"the goal \(5.00, -2.00\) is off the map"),
-        ((1, 1), (4.85, 0.85), r"no way from \(1.00, 1.00\) to the goal"),
+        ((1, 1), (4.85, 0.85), r"no path from \(1.00, 1.00\) to the goal"),
         ((1, 1), (4.85, 1.15), r"goal .* is in an obstacle, and no place"),
     ],
 )

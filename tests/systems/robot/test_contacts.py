@@ -20,7 +20,7 @@ STEP = 0.05
 
 
 def count(memory, touching, speeds, bearing=0.7, *, body=0.2, **options):
-    """Counts contacts with somebody at 0.55 m; who closes in at speeds."""
+    """Counts contacts with a person at 0.55 m, at approach speeds."""
     v, u = speeds
     c, s = np.cos(bearing), np.sin(bearing)
     robot = np.array([0, 0, 0, v * c, v * s, 0, 0.3])

@@ -13,7 +13,7 @@ from tests.systems.robot.driven_robots import drive, make_diagram
 
 STEP = 0.05
 PMB2_RADIUS = 0.27
-# Where somebody starts who crosses the way of a robot at 0.8 m/s, and is hit by
+# Starts of a person who crosses the path of a robot at 0.8 m/s, and is hit by
 # its front, or runs into its front or side.
 STARTS = [
     (x, -1.25 * (x - 2.8) - late)
@@ -22,7 +22,7 @@ STARTS = [
 
 
 def cross(start, model="differential_drive", *, keep_apart=True, every=STEP):
-    """Returns what happens to a blind robot and somebody who is distracted."""
+    """Returns the result of a blind robot and a distracted person."""
     walker = HumanConfig(
         pose=(*start, math.pi / 2),
         goals=[(start[0], 5)],

@@ -81,7 +81,7 @@ def test_it_stops_at_a_standing_person():
     rows = run.contacts[:, 0]
     assert run.robot[-1, 3] == pytest.approx(0, abs=1e-3)
     assert -0.01 < gaps(run).min() < 0
-    # The contact is told with the step in which the bodies meet.
+    # The contact is reported in the step in which the bodies meet.
     told = int(np.flatnonzero(rows[:, Contact.LASTS])[0])
     meet = int(np.flatnonzero(gaps(run) <= 0)[0])
     assert abs(told - meet) <= 1
@@ -163,7 +163,7 @@ WALL = Obstacles.from_shapes(
 @pytest.mark.parametrize("yaw", [0.1, 0.5, math.pi / 2])
 @pytest.mark.parametrize("reverse", [False, True])
 def test_it_never_passes_through_a_wall(yaw, reverse):
-    # The same shape, whichever way around its corners are told.
+    # The same shape, for both orders of its corners.
     wall = WALL
     if reverse:
         corners = [[-5, 1], [-5, 1.4], [9, 1.4], [9, 1]]
@@ -232,7 +232,7 @@ def test_nobody_is_run_over_by_a_reckless_robot(seed):
     depth = RADIUS + BODY - np.linalg.norm(way, axis=-1)
     print(f"robot and people overlap by at most {1e3 * depth.max():.1f} mm")
     assert np.isfinite(run.contacts).all()
-    # There are contacts, and they are told.
+    # There are contacts, and they are reported.
     assert run.contacts[-1, :, Contact.BY_ROBOT :].sum() >= 1
     assert run.contacts[..., Contact.PEAK_FORCE].max() < 5000
     assert depth.max() < 0.02

@@ -1,4 +1,4 @@
-"""Robots of users' own files: how they drive, and what is told of faults."""
+"""Robots from users' files: driving, and messages of faults."""
 
 import math
 
@@ -217,7 +217,7 @@ FAULTS = {
     "wrong base": (
         {"base": "left_wheel"},
         "robot.base",
-        "'left_wheel' moves against 'base', .*; choose 'base'",
+        "'left_wheel' moves relative to 'base', .*; choose 'base'",
     ),
     "base that hangs on another": (
         {"base": "left_wheel", "drive": "omnidirectional"},

@@ -80,7 +80,7 @@ def wall_at(x):
 @pytest.mark.parametrize("step", [0.1, 0.05, 0.01])
 @pytest.mark.parametrize("angle", [0, 30, 60, 80])
 def test_it_slides_along_a_wall_as_fast_as_it_drives_that_way(angle, step):
-    """And tells so; whatever the time step, and wherever it met the wall."""
+    """Port wall_contact says so, for any time step and place."""
     along = 0.8 * math.sin(math.radians(angle))
     for x in (2.0, 2.013, 2.027):
         robot, contact = drive(

@@ -41,7 +41,7 @@ ROBOT_STATE = np.array([-3.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.35])
 
 
 class RecordingMeshcat:
-    """What is told to a Meshcat, by path and property."""
+    """Records the properties set in a Meshcat, by path and name."""
 
     def __init__(self, meshcat, monkeypatch):
         self.told = {}

@@ -320,7 +320,7 @@ def test_cameras_may_see_high_walls_cut():
 @pytest.mark.parametrize("kind", sorted(FURNITURE))
 @pytest.mark.parametrize("height", [0.02, 1.0, 2.3, 10.0])
 def test_furniture_of_any_height_is_drawn(kind, height):
-    """As a whole for cameras; cut for who watches, if it is high."""
+    """Whole for cameras; cut for viewers, if it is high."""
     place = {"center": (0.0, 0.0), "height": height}
     furniture = FURNITURE.make({"type": kind, **place})
     dut = AddScene(DiagramBuilder(), World(furniture=[furniture]))

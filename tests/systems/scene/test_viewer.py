@@ -1,4 +1,4 @@
-"""Meshcat is told of frames that somebody sees, and of all that it records."""
+"""Frames are published to Meshcat for viewers and recordings."""
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams

@@ -158,7 +158,7 @@ def test_a_camera_looks_where_its_pose_says():
     np.testing.assert_allclose(pose.translation(), [1, 2, 0.7])
     ahead = [0, np.cos(0.3), -np.sin(0.3)]
     np.testing.assert_allclose(pose.rotation().col(2), ahead, atol=1e-12)
-    # Right in the image is to the right of who looks along.
+    # Right in the image is to the right of the camera.
     np.testing.assert_allclose(pose.rotation().col(0), [1, 0, 0], atol=1e-12)
 
 

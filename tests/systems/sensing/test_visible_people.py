@@ -101,7 +101,7 @@ def test_two_contexts_do_not_disturb_each_other():
 
 
 def test_nobody_is_seen_through_walls():
-    """Not by a lidar, nor by who looks for people; at random places."""
+    """Not by a lidar, nor by VisiblePeople; at random places."""
     rng = np.random.default_rng(2)
     hidden = shown = 0
     for _ in range(400):

@@ -83,7 +83,7 @@ def test_social_layer_before_inflation_makes_people_solid():
     after = make_costs(("obstacle", "inflation", "social"), region, around)
     before = make_costs(("obstacle", "social", "inflation"), region, around)
     assert (before >= after).all()
-    # Of who stands; within the robot's radius of something, or just a cost.
+    # For standing people; within the robot's radius of an obstacle; or a cost.
     i, j = region.as_map(after).cell_at(2.75, 1.5)
     assert after[i, j] == before[i, j] == 254
     assert after[i, j + 4] < 253

@@ -2,10 +2,9 @@ import math
 
 import numpy as np
 
-from hunav_drake.systems.planning.costmap.marks import Marks
+from hunav_drake.systems.planning.costmap.marks import Marks, moved
 from hunav_drake.systems.planning.costmap.obstacle_layer import (
     free_disc,
-    moved,
     scan_ends,
     see,
 )

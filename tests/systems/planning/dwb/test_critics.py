@@ -396,7 +396,9 @@ def test_the_local_plan_is_what_is_near():
 
 def test_a_plan_off_the_map_is_told():
     far = straight()._replace(poses=np.full((2, 3), 9.0))
-    with pytest.raises(ValueError, match="plan is nowhere on the local map"):
+    with pytest.raises(
+        ValueError, match="no part of the plan is on the local map"
+    ):
         weigh(path_dist=1.0, local=far)
 
 

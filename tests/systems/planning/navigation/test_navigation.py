@@ -172,9 +172,9 @@ def test_a_new_goal_begins_anew():
             walls(box(3, -2, 3.5, 2)),
             (0, 0, 0),
             (6, 0, 0),
-            r"there is no way from .* to the goal \(6.00, 0.00\)",
+            r"there is no path from .* to the goal \(6.00, 0.00\)",
         ),
-        (walls(), (0, 0, 0), (20, 0, 0), "no way from .* to the goal"),
+        (walls(), (0, 0, 0), (20, 0, 0), "no path from .* to the goal"),
     ],
 )
 def test_a_goal_out_of_reach_is_told_at_once(obstacles, start, goal, words):
@@ -217,7 +217,8 @@ def test_waits_beside_a_goal_that_people_cover_until_they_leave():
     )
     waiting = [p for p in plans if p.status == PlannerStatus.BLOCKED]
     assert len(waiting) > 100
-    assert "people stand on the goal: the nearest place" in waiting[-1].reason
+    reason = waiting[-1].reason
+    assert "people stand on the goal: the nearest reachable" in reason
     assert plans[-1].status == PlannerStatus.ARRIVED
     assert np.hypot(*(poses[:500, :2] - (6.0, 0.0)).T).min() > 0.45
 
@@ -229,7 +230,7 @@ def test_gives_up_if_people_keep_the_way_blocked():
         DwbPlanner(), make_task(doorway, 2), humans=humans, time=120
     )
     assert plans[-1].status == PlannerStatus.FAILED
-    assert "people, or what else moves, block it" in plans[-1].reason
+    assert "people or other moving obstacles block it" in plans[-1].reason
     assert "gave up after 6 recoveries" in plans[-1].reason
     assert poses[:, 0].max() < 3.25 - 0.45
 
@@ -317,7 +318,7 @@ def test_who_does_not_get_on_recovers():
 
     _, plans = drive(Idling(), make_task(), time=12)
     slow = [p for p in plans if p.status == PlannerStatus.RECOVERING]
-    assert "it has come no 0.5 m in 10 s" in slow[0].reason
+    assert "it has moved less than 0.5 m in 10 s" in slow[0].reason
     assert plans.index(slow[0]) == pytest.approx(200, abs=3)
 
 

@@ -102,7 +102,7 @@ def test_the_force_is_that_of_a_person():
         robot, np.array([4.0, 1.0, 0.6]), humans[:0], NO_WALLS, 0.275, K
     )
     np.testing.assert_allclose(alone, pull, rtol=1e-12)
-    # Moussaid's interaction: away from who comes, and to one side.
+    # Moussaid's interaction: away from approaching people, and to one side.
     push = force - pull
     assert push[0] < 0
     assert 0.05 < np.linalg.norm(push) < 10
@@ -190,7 +190,7 @@ def test_a_clone_goes_on_alike(planner):
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_pushed_back_it_faces_its_way(side):
-    """It does not sway with who steps from side to side in front of it."""
+    """It does not sway with a person who steps from side to side."""
     planner = PLANNERS["sfm"]()
     room = [(-4, -4), (4, -4), (4, 4), (-4, 4), (-4, -4)]
     task = PlanningTask(
