@@ -1,4 +1,4 @@
-"""The behaviors of each profile: which trees, and what their leaves are."""
+"""The behaviors of each profile: their trees and leaves."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -32,12 +32,12 @@ BEHAVIORS: Mapping[str, Path] = MappingProxyType(
 
 
 class BehaviorSet(NamedTuple):
-    """What the words of behaviors mean.
+    """The behaviors of a profile.
 
     Attributes:
         files: The files of behaviors, by name.
-        folders: Where trees of one's own find files to include and subtrees,
-            the first one first.
+        folders: The folders in which users' trees find includes and subtrees,
+            in order of precedence.
         node_types: Returns the node types, by name.
     """
 
@@ -46,7 +46,7 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
-# HuNavSim has six of them; the others are as without a profile.
+# HuNavSim has six behaviors; the others are those of the default profile.
 _HUNAVSIM = {
     name: _HUNAVSIM_TREES / f"{name}.xml"
     for name in (
@@ -72,5 +72,5 @@ _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
 
 
 def behavior_set(profile: ProfileName) -> BehaviorSet:
-    """Returns the behaviors of a profile: the place where it is chosen."""
+    """Returns the behaviors of a profile, which is chosen only here."""
     return _SETS[profile]

@@ -29,7 +29,7 @@ from hunav_drake.systems.behavior.tree import Tree
 
 _INDENT = "  "
 
-# What the types of ports are called in C++.
+# The C++ names of the types of ports.
 _CPP_TYPES = {float: "double", int: "int", bool: "bool", str: "std::string"}
 
 
@@ -51,8 +51,8 @@ def WriteTree(tree: Tree | Documents) -> str:
     """Returns the XML, in format 4, of a tree and of its subtrees.
 
     No file is written. The XML begins with the main tree, and ends with a
-    <TreeNodesModel>, by which Groot2 knows the leaves. Values that were given
-    for ports when the tree was loaded are not in it.
+    <TreeNodesModel>, which tells Groot2 the leaves. Values that were given for
+    ports when the tree was loaded are not in it.
 
     Args:
         tree: The tree, or the documents of one.
@@ -223,13 +223,13 @@ def _model(documents: Documents) -> XmlElement:
 
 
 def tree_nodes_model(node_types: Iterable[NodeType]) -> str:
-    """Returns the <TreeNodesModel> of leaves, for Groot2 to know them."""
+    """Returns the <TreeNodesModel> of leaves, for Groot2."""
     leaves = _leaves({node_type.name: () for node_type in node_types})
     return "\n".join(_lines(_element("TreeNodesModel", {}, leaves), 1))
 
 
 def _leaves(used: Mapping[str, Iterable[str]]) -> list[XmlElement]:
-    """Returns the models of leaves, with attributes that each ignores."""
+    """Returns the models of leaves, with the attributes that each ignores."""
     types = [NODE_TYPES[name] for name in used]
     types.sort(key=lambda it: (it.category, it.name))
     return [

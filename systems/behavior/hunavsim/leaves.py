@@ -1,9 +1,9 @@
-"""What HuNavSim's leaves do, where that is not what ours do.
+"""HuNavSim's leaves, where they differ from those of this package.
 
-With the profile "hunavsim", trees have these under HuNavSim's names. They are
-written after its functions `lineOfSight`, `updateGoal`, `lookAtTheRobot`,
+With the profile "hunavsim", trees have these under HuNavSim's names. They
+follow its functions `lineOfSight`, `updateGoal`, `lookAtTheRobot`,
 `approximateRobot`, `avoidRobot` and `blockRobot`, and `SFM.updatePosition` of
-`lightsfm`. What is in single precision there is here, too.
+`lightsfm`. Values in single precision there are in single precision here.
 """
 
 from collections.abc import Callable, Mapping
@@ -66,7 +66,7 @@ def _turn_at_once(context: TickContext, yaw: float) -> None:
 
 
 def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
-    """Returns where a robot is from the person, in single precision."""
+    """Returns the offset from the person to a robot, in single precision."""
     state = context.state
     dx = np.float32(robot[X]) - np.float32(state[X])
     dy = np.float32(robot[Y]) - np.float32(state[Y])
@@ -76,7 +76,7 @@ def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
 def _bearing(
     context: TickContext, robot: Row, *, rounded_yaw: bool = True
 ) -> float:
-    """Returns where a robot is, from the heading, in [-pi, pi]."""
+    """Returns the bearing of a robot from the heading, in [-pi, pi]."""
     dx, dy = _offset(context, robot)
     # (In single precision, pi is beyond pi.)
     yaw = wrap_angle(context.state[YAW])
@@ -87,13 +87,13 @@ def _bearing(
 
 
 def _distance(context: TickContext, robot: Row) -> float:
-    """Returns how far the robot is, in single precision."""
+    """Returns the distance to the robot, in single precision."""
     dx, dy = _offset(context, robot)
     return float(np.sqrt(dx * dx + dy * dy))
 
 
 def _react(context: TickContext, speed: float | None = None) -> None:
-    """Sets what all reactions do: the robot is not felt."""
+    """Sets what all reactions share: the robot exerts no force."""
     command = context.command
     command[Command.ROBOT_ROLE] = float(RobotRole.UNSEEN_IN_TURN)
     context.behavior_status = 1
@@ -141,7 +141,7 @@ def _is_robot_visible(
 
 
 def _is_goal_reached(context: TickContext) -> bool:
-    """Holds within 0.1 m of the goal's radius, whoever stands there."""
+    """Holds within 0.1 m of the goal's radius, even if people stand there."""
     return is_goal_reached(context, shared=False)
 
 
@@ -158,7 +158,7 @@ def _surprised_nav(
     *,
     turn: Annotated[float, within(0, math.pi, "rad")] = _SINGLE_PI * 0.01,
 ) -> NodeStatus:
-    """Stops, and turns by `turn` a step, beyond a robot on the right."""
+    """Stops and turns by `turn` per step; overshoots a robot on the right."""
     robot = context.robot
     if robot is None:
         return NodeStatus.FAILURE
@@ -191,7 +191,7 @@ def _curious_nav(
     speed: _Speed = 1.8,
     speed_distance: _PositiveDistance = 10.0,
 ) -> NodeStatus:
-    """Walks to the robot at any speed, and turns to it at once when there."""
+    """Walks to the robot without a speed limit, and turns to it on arrival."""
     robot = context.robot
     if robot is None:
         return NodeStatus.FAILURE
@@ -230,7 +230,7 @@ def _threatening_nav(
 
 
 def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
-    """Builds a decorator that does what a step of the crowd does there.
+    """Builds a decorator that drops goals as a step of HuNavSim's crowd does.
 
     A step to the own goal that ends within its radius drops the goal; and the
     behavior status stays as it is in a step without a walk or a reaction.

@@ -99,7 +99,7 @@ class _Builder:
 def read_xml(source: bytes, file: str) -> XmlElement:
     """Returns the root element of an XML document, not to be changed.
 
-    A document that was read before comes from a cache; `file` stands for it in
+    A document that was read before comes from a cache; `file` is its name in
     messages.
 
     Raises:
