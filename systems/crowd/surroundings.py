@@ -1,4 +1,4 @@
-"""What people want, and what they see around them, compiled by numba."""
+"""The desired velocities and surroundings of people, compiled by numba."""
 
 import math
 
@@ -25,17 +25,17 @@ from hunav_drake.systems.crowd.social_force.compiled_forces import (
 )
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 
-# What people see of one another and of robots: where it is and how it moves,
-# the distance at which they touch, and how it would like to move.
+# The columns of the surroundings, of people and robots: offset, velocity, the
+# distance at which they touch, and desired velocity.
 AT_X, AT_Y, THEIR_VX, THEIR_VY, TOUCH, WISH_X, WISH_Y = range(7)
 
-# Lengths that give no direction, in meters, or of directions added up.
+# Lengths that give no direction, in meters, or of sums of directions.
 TINY = 1e-9
 
 
 @jit
 def goal_velocities(states, radii, command, parameters, robots, time_step):
-    """Returns the velocities to the goals, and what else pulls people.
+    """Returns the velocities to the goals, and the other pulls on people.
 
     Returns:
         Shape (n, 2), in m/s; and shape (n, FORCES_SIZE), in m/s^2: the forces
@@ -73,9 +73,9 @@ def goal_velocities(states, radii, command, parameters, robots, time_step):
 
 @jit
 def wishes(states, radii, command, parameters, robots, time_step):
-    """Returns the velocities (n, 2) that people would like to have.
+    """Returns the desired velocities (n, 2) of people.
 
-    They are those to the goals, and what the forces of the group and the
+    They are those to the goals, and those that the forces of the group and the
     robot's push add to them, where these and the goal's force balance.
     """
     n = len(states)
@@ -109,7 +109,7 @@ def _column(offset, width, count):
 def look_around(
     i, states, radii, command, robots, wanted, cells, body, reach, rows
 ):
-    """Finds whom a person sees: people within reach, and the robots.
+    """Writes the surroundings of a person: people within reach, and robots.
 
     Args:
         i: The number of the person.
@@ -119,14 +119,14 @@ def look_around(
         robots: Shape (m, 7).
         wanted: Shape (n, 2), from `wishes`, in m/s.
         cells: From `make_cells`.
-        body: The largest radius that people have to each other, in meters. To
-            robots they have their own.
+        body: The largest radius of people with respect to each other, in
+            meters. With respect to robots they have their own.
         reach: People farther than this do not count, in meters.
-        rows: Receives what is seen: see AT_X and those that follow. Room for
-            all people and robots.
+        rows: Receives the surroundings: see AT_X and following. Room for all
+            people and robots.
 
     Returns:
-        How many there are.
+        The number of rows written.
     """
     order, x, y, begin, left, bottom, width, columns, lines = cells
     px = states[i, X]
@@ -157,7 +157,7 @@ def look_around(
     if role != RobotRole.PEDESTRIAN and role != RobotRole.OBSTACLE:
         return count
     for j in range(len(robots)):
-        # What is taken for an obstacle is not expected to move.
+        # An obstacle is not expected to move.
         moves = 1.0 if role == RobotRole.PEDESTRIAN else 0.0
         row = rows[count]
         row[AT_X] = robots[j, X] - px

@@ -19,7 +19,7 @@ _LEAST_WIDTH = 0.5
 
 @jit
 def _index(offset, width, count):
-    """Returns in which of `count` cells something is, at least the nearest."""
+    """Returns the cell, of `count` ones, of an offset: at least the nearest."""
     return min(max(int(offset / width), 0), count - 1)
 
 
@@ -29,8 +29,8 @@ def make_cells(x, y):
 
     Returns:
         The people's numbers, cell by cell, and their x and y in this order;
-        where each cell begins in it, row by row (the last one ends there);
-        the lower left corner and the width of the cells; and the number of
+        the begin of each cell in it, row by row (the last one ends there); the
+        lower left corner and the width of the cells; and the number of
         columns and rows.
     """
     n = len(x)
@@ -62,10 +62,10 @@ def make_cells(x, y):
 def find_neighbors(i, px, py, cells, reach, most, nearest, found):
     """Finds the nearest people, not farther than `reach`, to i at (px, py).
 
-    Those who are as far as the last of `most`, to rounding, all count, so that
+    All people who are as far as the last of `most`, to rounding, count, so that
     the result does not depend on the order of people. Their numbers are written
     to `found`, which has room for all; `nearest` is room for `most` numbers,
-    and `cells` is from `make_cells`. Returns how many there are.
+    and `cells` is from `make_cells`. Returns the number of people found.
     """
     order, x, y, begin, left, bottom, width, columns, rows = cells
     column = _index(px - left, width, columns)
@@ -101,7 +101,7 @@ def find_neighbors(i, px, py, cells, reach, most, nearest, found):
         limit = min(limit, nearest[most - 1])
 
     limit = min(reach * reach, nearest[most - 1] * (1 + _TIE))
-    # A little more, for someone on the edge of a cell.
+    # A little more, for people on the edge of a cell.
     radius = math.sqrt(limit) * (1 + _TIE) + _TIE
     count = 0
     first = _index(px - radius - left, width, columns)

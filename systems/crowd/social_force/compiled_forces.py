@@ -1,7 +1,7 @@
 """The terms of the social force model, compiled by numba.
 
 They keep the order of operations of `lightsfm`, so that they give its numbers
-bit for bit. What the formulas leave undefined has the value that
+bit for bit. Where the formulas are undefined, they have the values that
 `numpy_forces.py` states.
 """
 
@@ -86,7 +86,7 @@ def goal_force(x, y, vx, vy, command, k):
 
 @jit
 def pair_force(dx, dy, dvx, dvy, k):
-    """Returns the social force of someone at (dx, dy) from here.
+    """Returns the social force of a person at (dx, dy) from here.
 
     (dvx, dvy) is the own velocity minus the other's, k the parameters.
     """

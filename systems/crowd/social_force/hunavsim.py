@@ -7,18 +7,18 @@ same bit for bit, and its rules where those of `kernel.py` differ:
 - epsilon has no part in the social force, and theta counts however small;
 - where the direction of an interaction is undefined, all of the social force
   is zero; people who stand on one another at different speeds push;
-- a group is centered from oneself on, and a person without a direction to the
-  goal has no gaze force;
-- the push away from a robot is not bounded, and turns round inside the body;
-- people who stop may keep their velocity, for others to see; who rests looks
-  along x;
+- the center of a group is summed from the person on, and a person without a
+  direction to the goal has no gaze force;
+- the push away from a robot is not bounded, and reverses inside the body;
+- people who stop may keep their velocity, for others to see; people at rest
+  look along x;
 - people who react to the robot move one after the other, from the last row to
   the first: the forces on them are those once the people after them have moved;
 - when they do not react, their time step has six decimals;
 - a group has any number but -1.
 
-HuNavSim keeps people in a hash table; so do the sums here go, from the last row
-to the first. Rows come in that order: see `hash_order`.
+HuNavSim keeps people in a hash table; the sums here go in its order, from the
+last row to the first. Rows come in that order: see `hash_order`.
 """
 
 import math
@@ -76,7 +76,7 @@ from hunav_drake.systems.people.parameters import (
 from hunav_drake.systems.people.single_precision import bearing
 from hunav_drake.systems.world.walls import opened
 
-# Nearer to a robot than this is as near as this, in meters: forces are finite.
+# Smaller distances to a robot count as this, in meters: forces are finite.
 _NEAR = 1e-9
 
 
@@ -88,7 +88,7 @@ def _angle(x, y):
 
 @jit
 def _pair_force(dx, dy, dvx, dvy, k):
-    """Returns the social force of someone at (dx, dy), which may be NaN."""
+    """Returns the social force of a person at (dx, dy), which may be NaN."""
     r = math.sqrt(dx * dx + dy * dy)
     nx = dx
     ny = dy
@@ -114,7 +114,7 @@ def _pair_force(dx, dy, dvx, dvy, k):
 
 @jit
 def _add_social_force(i, states, command, k, robots, out):
-    """Adds the forces of all others, and of robots that are like them."""
+    """Adds the forces of all others, and of robots that are pedestrians."""
     fx = 0.0
     fy = 0.0
     # (Robots have the indices -1, -2, ...)
@@ -283,7 +283,7 @@ def _turned(state, command, time_step):
 
 @jit
 def _move(state, force, command, time_step, out):
-    """Writes where a person is one step later; `out` may be `state`."""
+    """Writes the state of a person one step later; `out` may be `state`."""
     hold = int(command[Command.HOLD])
     vx = state[VX]
     vy = state[VY]
@@ -352,10 +352,10 @@ def advance(
     forces,
     time_step,
 ):
-    """Returns where n people are one step later, shape (n, 6).
+    """Returns the states of n people one step later, shape (n, 6).
 
-    The yaw follows the velocity, and is 0 at rest. Who turns while walking has
-    the turn rate of the walk.
+    The yaw follows the velocity, and is 0 at rest. People who turn while
+    walking have the turn rate of the walk.
 
     Args:
         states: Shape (n, 6), and the next eight are as for `social_forces`.
@@ -367,13 +367,13 @@ def advance(
         table: See there.
         reach: See there.
         most: See there.
-        forces: What it gave.
+        forces: The result of `social_forces`.
         time_step: In seconds.
     """
     walls = opened(table)
-    # Subtrees are told it as text.
+    # Subtrees receive it as text.
     rounded_step = math.floor(time_step * 1e6 + 0.5) / 1e6
-    # Who has moved already is where the step leads; the others are not.
+    # People who have moved already have their next states; the others do not.
     result = states.copy()
     force = np.zeros(FORCES_SIZE)
     for i in range(len(states) - 1, -1, -1):

@@ -1,6 +1,6 @@
 """The derivatives of one step of the social force model, compiled by numba.
 
-Those of what `kernel.py` computes, with respect to the rows of `human_states`
+They are those of the results of `kernel.py`, by the rows of `human_states`
 without the radii, and of `robot_states`: a column for each element of the n
 rows (x, y, yaw, vx, vy, omega), then one for each of the m rows (x, y, yaw,
 vx, vy, omega, radius). See `jacobian_terms.py` for where there is none.
@@ -49,7 +49,7 @@ from hunav_drake.systems.world.walls import opened
 
 @jit
 def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
-    """Adds the derivatives by the own state, when those by others are there."""
+    """Adds the derivatives by the own state, after those by the others."""
     n = len(states)
     x = states[i, X]
     y = states[i, Y]

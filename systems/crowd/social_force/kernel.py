@@ -50,7 +50,7 @@ from hunav_drake.systems.crowd.social_force.constants import YAW_SPEED
 from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
 from hunav_drake.systems.world.walls import opened
 
-# Stands for forces of people that are not known.
+# The argument for forces of people that are not known.
 NOT_GIVEN = np.zeros((0, 2))
 
 
@@ -87,7 +87,7 @@ def _all_forces(
             directions[i, 0],
             directions[i, 1],
         ) = goal_force(x, y, vx, vy, command[i], k)
-        # Without walls not even a call: it hands over six arrays.
+        # Without walls there is no call, which would pass six arrays.
         if len(walls.solid) > 0:
             out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
                 *(x, y, at_walls[i, 0], at_walls[i, 1]),
@@ -152,8 +152,9 @@ def social_forces(
         robots: Shape (m, 7): rows of `robot_states`.
         at_walls: Shape (n, 2): see `Snapshot`.
         table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
+        reach: Shapes farther than this exert no force, in meters.
+        most: The largest number of shapes that exert forces; 0 for all within
+            reach.
 
     Returns:
         Shape (n, FORCES_SIZE), in m/s^2.
@@ -182,9 +183,9 @@ def fast_social_forces(
     most,
     error,
 ):
-    """Returns what `social_forces` does, by way of `people_forces`.
+    """Returns the forces like `social_forces`, but by `people_forces`.
 
-    The last argument is its error.
+    The last argument is the error of the latter.
     """
     people = people_forces(states, parameters, error)
     return _all_forces(
@@ -196,7 +197,7 @@ def fast_social_forces(
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, MATRIX, REAL)
 def advance(states, forces, command, time_step):
-    """Returns where n people are one step later (semi-implicit Euler).
+    """Returns the states of n people one step later (semi-implicit Euler).
 
     Args:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega.
