@@ -1,19 +1,19 @@
-"""The order of numbers, compiled by numba.
+"""Sorting of numbers, compiled by numba.
 
-That of NumPy takes seconds to compile wherever it is used.
+NumPy's takes seconds to compile wherever it is used.
 """
 
 import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
 
-# Up to so many numbers are sorted one by one, before they are merged.
+# Runs of this length are sorted one by one, before they are merged.
 _RUN = 16
 
 
 @jit
 def stable_order(values):
-    """Returns where some numbers stand, from the smallest to the largest.
+    """Returns the indices of some numbers from the smallest to the largest.
 
     Equal ones keep their order. None may be NaN.
 
@@ -57,18 +57,18 @@ def stable_order(values):
 
 @jit
 def heap_between(low, high, keys, heap):
-    """Makes a heap of the places whose keys are in [low, high).
+    """Makes a heap of the indices whose keys are in [low, high).
 
-    A few of many places are found so in less time than all are sorted.
+    A few of many indices are found faster than by sorting all.
 
     Args:
         low: The least key that counts.
-        high: Those from here on do not.
+        high: Keys from here on do not count.
         keys: Shape (n,).
-        heap: Shape (n,), of integers; the places are written to its start.
+        heap: Shape (n,), of integers; the indices are written to its start.
 
     Returns:
-        How many places are in the heap.
+        The number of indices in the heap.
     """
     count = 0
     for i in range(len(keys)):
@@ -82,9 +82,9 @@ def heap_between(low, high, keys, heap):
 
 @jit
 def pop_least(keys, heap, count):
-    """Takes the place with the least key from a heap of `count` places.
+    """Takes the index with the least key from a heap of `count` indices.
 
-    Of equal keys, the least place comes first.
+    Of equal keys, the least index comes first.
     """
     least = heap[0]
     heap[0] = heap[count - 1]
@@ -94,7 +94,7 @@ def pop_least(keys, heap, count):
 
 @jit
 def _sink(keys, heap, at, count):
-    """Brings the place at `at` down to where it belongs in a heap."""
+    """Moves the index at `at` down to its place in a heap."""
     place = heap[at]
     while 2 * at + 1 < count:
         child = 2 * at + 1

@@ -25,7 +25,7 @@ from hunav_drake.systems.people.placement import Areas, Floor, draw_points
 from hunav_drake.systems.people.population_config import SourceConfig
 from hunav_drake.systems.people.traffic import Source, place_party
 
-# How many places a source has where people may come in, if it is no point.
+# The number of places of a source where people may come in, if it is no point.
 _PLACES = 64
 
 
@@ -34,9 +34,9 @@ class DrawnSource(NamedTuple):
 
     Attributes:
         source: The source.
-        people: Those who come, in the order of its parties. Their poses are
-            places where they may come in.
-        ways: Where each of them goes.
+        people: The people who come, in the order of its parties. Their poses
+            are places where they may come in.
+        ways: The goals of each of them.
     """
 
     source: Source
@@ -56,15 +56,15 @@ def draw_source(
 
     Args:
         config: The source.
-        sink_areas: Where the sinks are, by name.
-        seed: That of the population.
-        floor: What the walls leave.
-        first_row: How many people come before those of the source.
+        sink_areas: The areas of the sinks, by name.
+        seed: The seed of the population.
+        floor: The free floor.
+        first_row: The number of people before those of the source.
         group_id: The number of the first group.
 
     Raises:
         NoRoomError: If there is no place to come in or to go to, or if the
-            rate asks for more people.
+            rate needs more people.
     """
     streams = Streams(seed, config.name)
     places = _draw_places(config, streams, floor)
@@ -76,7 +76,7 @@ def draw_source(
     groups = draw_groups(config, streams)
     for g, members in enumerate(groups):
         radii = bodies.radii[members].tolist()
-        # They begin with other places, one after the other.
+        # Each group starts with another place.
         order = np.roll(places, -g, axis=0)
         free = np.ones((len(members), len(order)), dtype=bool)
         points = place_party(order, free, radii, config.spacing)
@@ -115,7 +115,7 @@ def draw_source(
 
 
 def _draw_places(config: SourceConfig, streams: Streams, floor: Floor) -> Array:
-    """Returns where people may come in, shape (k, 2)."""
+    """Returns the places where people may come in, shape (k, 2)."""
     areas = Areas(config.start)
     places = draw_points(
         areas,
@@ -141,14 +141,14 @@ def _no_room_for(size: int) -> str:
 
 
 def _check_number(config: SourceConfig, people: Sequence[HumanConfig]) -> None:
-    """Checks that those who come can be those who have left.
+    """Checks that there are enough people for the rate of a source.
 
-    By Little's law, rate times the mean time that people are here is how many
-    are here on average. They are here at least as long as straight ways at
-    the desired speed take.
+    By Little's law, the mean number of people present is the rate times their
+    mean time of stay, which is at least that of straight ways at the desired
+    speed.
 
     Raises:
-        NoRoomError: If that is more than there are.
+        NoRoomError: If there are fewer people.
     """
     times = []
     for human in people:

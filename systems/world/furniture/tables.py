@@ -32,13 +32,13 @@ class Table(Furniture):
     """Whether it is round (an ellipse, if the extents differ)."""
 
     def outlines(self) -> Sequence[Array]:
-        """Returns that of the top."""
+        """Returns the outline of the top."""
         if self.round:
             return [disc(0.0, 0.0, 0.5) * np.array(self.size)]
         return super().outlines()
 
     def pieces(self) -> Sequence[Piece]:
-        """Returns the top and what it stands on."""
+        """Returns the top and its support."""
         under = 0.95 * self.height
         top = (self.outlines()[0], under, self.height, "wood")
         if not self.round:
@@ -54,7 +54,7 @@ class Table(Furniture):
 @register_furniture("desk")
 @dataclass(kw_only=True, config=CONFIG)
 class Desk(Furniture):
-    """A desk with drawers and a screen; one sits on the side of +x."""
+    """A desk with drawers and a screen; people sit on the side of +x."""
 
     size: Extents = (0.75, 1.5)
     height: Height = 0.74

@@ -1,4 +1,4 @@
-"""What stands along walls, in them and in halls."""
+"""Furniture along walls, in walls and in halls."""
 
 from collections.abc import Sequence
 
@@ -29,7 +29,7 @@ class Shelf(Furniture):
     height: Height = 1.8
 
     def pieces(self) -> Sequence[Piece]:
-        """Returns sides, back, boards, and what stands on them."""
+        """Returns sides, back, boards, and the things on them."""
         (x, y), h = np.array(self.size) / 2, self.height
         side = min(0.03, y / 4)
         back = 0.02 * self.size[0] - x
@@ -77,7 +77,7 @@ class Plant(Furniture):
     height: Height = 1.3
 
     def outlines(self) -> Sequence[Array]:
-        """Returns that of the leaves, an ellipse."""
+        """Returns the outline of the leaves, an ellipse."""
         return [disc(0.0, 0.0, 0.5) * np.array(self.size)]
 
     def pieces(self) -> Sequence[Piece]:
@@ -102,7 +102,7 @@ class Pillar(Furniture):
     """Whether it is round (an ellipse, if the extents differ)."""
 
     def outlines(self) -> Sequence[Array]:
-        """Returns that of its section."""
+        """Returns the outline of its section."""
         if self.round:
             return [disc(0.0, 0.0, 0.5) * np.array(self.size)]
         return super().outlines()
@@ -115,20 +115,20 @@ class Pillar(Furniture):
 @register_furniture("door_frame")
 @dataclass(kw_only=True, config=CONFIG)
 class DoorFrame(Furniture):
-    """The frame of an open door, which one walks through along its x.
+    """The frame of an open door, which people walk through along its x.
 
     Its extents are the thickness of the wall and the whole width. The opening
-    is as wide but for the two jambs.
+    is the whole width minus the two jambs.
     """
 
     size: Extents = (0.24, 1.2)
     height: Height = 2.1
 
     jamb: Height = 0.08
-    """The width of each jamb, in meters; at most a third of the whole."""
+    """Width of each jamb, in meters; at most a third of the whole."""
 
     def outlines(self) -> Sequence[Array]:
-        """Returns those of the jambs."""
+        """Returns the outlines of the jambs."""
         x, y = np.array(self.size) / 2
         jamb = min(self.jamb, self.size[1] / 3)
         return [rectangle(-x, -y, x, jamb - y), rectangle(-x, y - jamb, x, y)]
@@ -155,7 +155,7 @@ class Pallet(Furniture):
     height: Height = 0.144
 
     load: Load = 0.0
-    """How high the boxes on it reach above the pallet, in meters."""
+    """Height of the boxes on it above the pallet, in meters."""
 
     def pieces(self) -> Sequence[Piece]:
         """Returns runners, deck and boxes."""
