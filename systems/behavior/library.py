@@ -83,7 +83,7 @@ def LoadTree(
     name = str(name_or_path)
     path = files.get(name, Path(name_or_path))
     if path == BEHAVIORS.get(name):
-        # What the profile does not have is ours, leaves included.
+        # A behavior that the profile lacks is the default one, with its leaves.
         profile = "default"
     if not os.path.isfile(path):
         raise Spot(Place(name)).unknown("behavior or file", name, files)

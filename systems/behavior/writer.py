@@ -51,8 +51,8 @@ def WriteTree(tree: Tree | Documents) -> str:
     """Returns the XML, in format 4, of a tree and of its subtrees.
 
     No file is written. The XML begins with the main tree, and ends with a
-    <TreeNodesModel>, which tells Groot2 the leaves. Values that were given for
-    ports when the tree was loaded are not in it.
+    <TreeNodesModel>, which declares the leaves for Groot2. It does not hold
+    values that were given for ports when the tree was loaded.
 
     Args:
         tree: The tree, or the documents of one.

@@ -30,7 +30,7 @@ _TEXT_FACTOR = 20
 
 _DRAFT = ".{}.{}.tmp"
 
-# What no file name may have, or what means something else to some system.
+# Parts that no file name may have, or that some system reads otherwise.
 _UNFIT = re.compile(
     r"[\\/:*?\"<>|]|^[ .-]|[ .]$"
     r"|^(con|prn|aux|nul|com\d|lpt\d)(\..*)?$",

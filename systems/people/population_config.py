@@ -207,7 +207,7 @@ class MembersConfig:
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CohortConfig(MembersConfig):
-    """People of one kind, who are present from the start."""
+    """People of one kind who are present from the start."""
 
     number: Annotated[Integer, Field(ge=0, le=5000)]
     """Number of people."""

@@ -236,7 +236,7 @@ def _is_held(
 
 
 def _is_another_ahead(context: TickContext, robot: Row) -> bool:
-    """Tells whether a robot may be standing for somebody else."""
+    """Returns whether a robot may be standing for another person."""
     for i, state in enumerate(context.humans):
         drive = drive_of(robot, state)
         near = 0 < drive.along < drive.both + _NEARBY
@@ -246,7 +246,7 @@ def _is_another_ahead(context: TickContext, robot: Row) -> bool:
 
 
 def _stands_near(drive: Drive) -> bool:
-    """Tells whether the robot stands where it may want to pass."""
+    """Returns whether the robot stands where it may want to pass."""
     return drive.speed < SLOW and drive.along < drive.both + _NEARBY
 
 
@@ -257,7 +257,7 @@ def _goes_to_spot(
     pace: float,
     deceleration: float,
 ) -> bool:
-    """Walks to the spot, first back and then aside; tells whether it does."""
+    """Walks to the spot, first back and then aside; returns whether it does."""
     state = context.state
     for stage in (_GO_BACK, _GO_ASIDE):
         if own[_STAGE] > stage:
@@ -330,7 +330,7 @@ def _look_past(context: TickContext, own: list[float], drive: Drive) -> None:
 
 
 def _goes_past(context: TickContext, own: list[float], pace: float) -> bool:
-    """Walks past a robot along a wall; tells whether it does."""
+    """Walks past a robot along a wall; returns whether it does."""
     state = context.state
     ax, ay, bx, by = own[_PLACES : _PLACES + 4]
     length = math.hypot(bx - ax, by - ay)

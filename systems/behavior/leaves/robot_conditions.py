@@ -187,7 +187,7 @@ def is_robot_in_the_way(
 
 
 def _is_any_near(context: TickContext, distance: float) -> bool:
-    """Tells whether any robot's center is at most a distance away."""
+    """Returns whether any robot's center is at most a distance away."""
     state = context.state
     x, y = state[X], state[Y]
     for robot in context.robots:

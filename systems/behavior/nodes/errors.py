@@ -26,7 +26,7 @@ class BehaviorTreeError(ValueError):
     """A fault in a behavior tree.
 
     Attributes:
-        message: What is wrong, without the place.
+        message: The fault, without the place.
         place: Where it is.
         node: The name of the XML element or node; empty for a whole file.
         nearest: The known name that is nearest to an unknown one, or None.

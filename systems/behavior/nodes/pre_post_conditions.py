@@ -146,10 +146,10 @@ def _skipped(tick: TickFunction, slot: int) -> TickFunction:
 
 
 def _never(holds: Callable[[Memory], float]) -> bool:
-    """Tells whether a condition never holds."""
+    """Returns whether a condition never holds."""
     return isinstance(holds, Fixed) and not holds.number
 
 
 def _always(holds: Callable[[Memory], float]) -> bool:
-    """Tells whether a condition always holds."""
+    """Returns whether a condition always holds."""
     return isinstance(holds, Fixed) and bool(holds.number)
