@@ -301,8 +301,7 @@ class Registry(Mapping[str, type[Any]]):
     def _named(self, name: str) -> type[Any] | None:
         """Returns the class of a name, or of a place ``module:Class``.
 
-        Raises:
-            _NoChoiceError: If there is no such place, or no choice there.
+        A _NoChoiceError says that there is no such place, or no choice there.
         """
         known = self._loaded().get(name)
         module, colon, place = name.partition(":")
@@ -351,11 +350,7 @@ class _NoChoiceError(Exception):
 
 
 def _check_parameters(choice: Any, base: Any, name: str) -> None:
-    """Checks that a method can be called like that of the base.
-
-    Raises:
-        TypeError: If it cannot.
-    """
+    """Checks that a method can be called like that of the base."""
     own, wanted = getattr(choice, name), getattr(base, name)
     if not (inspect.isfunction(own) and inspect.isfunction(wanted)):
         return

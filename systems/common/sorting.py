@@ -13,15 +13,9 @@ _RUN = 16
 
 @jit
 def stable_order(values):
-    """Returns the indices of some numbers from the smallest to the largest.
+    """Returns the indices of numbers (n,) from the smallest to the largest.
 
-    Equal ones keep their order. None may be NaN.
-
-    Args:
-        values: Shape (n,), contiguous.
-
-    Returns:
-        Shape (n,), of indices.
+    Equal ones keep their order. The array is contiguous, none is NaN.
     """
     n = len(values)
     order = np.empty(n, np.int64)
@@ -57,18 +51,10 @@ def stable_order(values):
 
 @jit
 def heap_between(low, high, keys, heap):
-    """Makes a heap of the indices whose keys are in [low, high).
+    """Makes a heap of the indices of keys (n,) in [low, high).
 
-    A few of many indices are found faster than by sorting all.
-
-    Args:
-        low: The least key that counts.
-        high: Keys from here on do not count.
-        keys: Shape (n,).
-        heap: Shape (n,), of integers; the indices are written to its start.
-
-    Returns:
-        The number of indices in the heap.
+    A few of many indices are found faster than by sorting all. They are written
+    to the start of `heap` (n,), of integers; returns their number.
     """
     count = 0
     for i in range(len(keys)):

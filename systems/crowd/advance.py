@@ -48,14 +48,7 @@ def chosen_accelerations(
         Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
     return kernel(
-        snapshot.states,
-        snapshot.radii,
-        snapshot.command,
-        snapshot.parameters,
-        snapshot.robots,
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
+        *snapshot.as_arguments[:-1],
         snapshot.time_step,
         np.array(dataclasses.astuple(model), dtype=float),
     )

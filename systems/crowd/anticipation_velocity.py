@@ -65,16 +65,10 @@ from hunav_drake.systems.world.walls import opened
 def _aside(rows, state, wx, wy, wish, p):
     """Returns the sidestep of a person for others: right, or negative left.
 
-    Args:
-        rows: The surroundings of the person: see `look_around`.
-        state: The state of the person.
-        wx: The x of the desired direction, a unit vector.
-        wy: Its y.
-        wish: The desired speed, in m/s.
-        p: The fields of AnticipationVelocityModel.
-
-    Returns:
-        The sum over the others, in lengths of the desired direction.
+    `rows` are the surroundings of the person (see `look_around`), (wx, wy) is
+    the desired direction, a unit vector, `wish` the desired speed, in m/s, and
+    `p` has the fields of AnticipationVelocityModel. The result is the sum over
+    the others, in lengths of the desired direction.
     """
     total = 0.0
     ex, ey = direction_of(state, wx, wy)
@@ -138,20 +132,9 @@ def anticipated_velocities(
 ):
     """Returns the accelerations to the velocities that n people choose.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
-        table: `Obstacles.table`.
-        sight: Walls farther than this have no effect, in meters.
-        step: The time step, in seconds.
-        model: Shape (17,): the fields of AnticipationVelocityModel.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    The arguments are those of a kernel of `chosen_accelerations`; walls beyond
+    `sight` have no effect; `model` (17,) has the fields of
+    AnticipationVelocityModel.
     """
     p = _model_in(model)
     walls = opened(table)

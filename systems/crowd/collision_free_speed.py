@@ -58,11 +58,9 @@ MOST, LEAST = 3.0, -14.0
 def repulsion(rows, strength, length, epsilon):
     """Returns the sum of the directions away from others, by their strength.
 
-    Args:
-        rows: The surroundings of a person: see `look_around`.
-        strength: The strength at touching distance (a).
-        length: The distance over which it decays to 1/e (D), in meters.
-        epsilon: The angle by which others seem displaced to the left, in rad.
+    `rows` are the surroundings of a person: see `look_around`. The strength is
+    that at touching distance (a), and decays to 1/e over the length (D), in
+    meters. Others seem displaced by `epsilon` to the left, in radians.
     """
     c = math.cos(epsilon)
     s = math.sin(epsilon)
@@ -100,20 +98,9 @@ def collision_free_speeds(
 ):
     """Returns the accelerations to the velocities that n people choose.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
-        table: `Obstacles.table`.
-        sight: Walls farther than this have no effect, in meters.
-        step: The time step, in seconds.
-        model: Shape (10,): the fields of CollisionFreeSpeedModel.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    The arguments are those of a kernel of `chosen_accelerations`; walls beyond
+    `sight` have no effect; `model` (10,) has the fields of
+    CollisionFreeSpeedModel.
     """
     p = _model_in(model)
     walls = opened(table)

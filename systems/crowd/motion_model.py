@@ -60,6 +60,15 @@ class Snapshot(NamedTuple):
             return self.eased
         return np.column_stack([self.radii, self.parameters[:, K_OBSTACLE]])
 
+    @property
+    def as_arguments(self) -> tuple[Any, ...]:
+        """The first arguments of kernels, from the states to the walls."""
+        return (
+            *(self.states, self.radii, self.command, self.parameters),
+            *(self.robots, self.at_walls, self.obstacles.table),
+            *(self.obstacle_range, self.max_obstacles),
+        )
+
 
 class MotionModel(ABC):
     """A model: a dataclass of parameters, and functions of arrays.

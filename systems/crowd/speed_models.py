@@ -140,19 +140,11 @@ def walk_on(
 ):
     """Writes the acceleration of a person who has chosen a direction.
 
-    Args:
-        state: The state of the person.
-        command: The command of the person.
-        wish: The desired speed, in m/s.
-        ux: The x of the direction, of any length.
-        uy: Its y.
-        rows: The surroundings of the person: see `look_around`.
-        radius: The radius of the person with respect to walls, in meters.
-        walls: See `Walls`.
-        sight: Walls farther than this have no effect, in meters.
-        step: The time step, in seconds.
-        pace: The fields of `SpeedModel`, and maybe more.
-        out: Receives the total: a row of `layout.FORCES`.
+    (ux, uy) is that direction, of any length, `wish` the desired speed, in m/s,
+    `rows` are the surroundings (see `look_around`), and `radius` is that with
+    respect to walls, which count up to `sight`, in meters. `pace` has the
+    fields of `SpeedModel`, and maybe more; `out` receives the total, as a row
+    of `layout.FORCES`.
     """
     vx = state[VX]
     vy = state[VY]
@@ -200,18 +192,9 @@ def turning_advance(states, forces, command, time_step, reaction, most):
     """Returns the states of n people one step later, with limited turn rates.
 
     Like `kernel.advance`; but people whom no command turns turn to their
-    walking direction, and the slower they walk, the more to the goal.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        forces: Shape (n, FORCES_SIZE); the last two columns count.
-        command: Shape (n, COMMAND_SIZE).
-        time_step: In seconds.
-        reaction: The time in which the angle decays, in seconds.
-        most: The largest turn rate, in rad/s.
-
-    Returns:
-        Shape (n, 6).
+    walking direction, and the slower they walk, the more to the goal. The angle
+    decays with the time `reaction`, in seconds, at most at the rate `most`, in
+    rad/s.
     """
     result = kernel.advance(states, forces, command, time_step)
     for i in range(len(states)):

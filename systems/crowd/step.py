@@ -334,17 +334,7 @@ class CrowdStep:
         )
 
         derivatives = step_jacobian(
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.max_obstacles,
-            forces,
-            snapshot.time_step,
+            *snapshot.as_arguments, forces, snapshot.time_step
         )
         moved = self._move(snapshot, forces)
         self._bodies.chain(derivatives, snapshot, forces, moved, stances)

@@ -19,6 +19,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.crowd.orca.neighbors import cell_index
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
     add_robot_forces,
@@ -37,9 +38,8 @@ TINY = 1e-9
 def goal_velocities(states, radii, command, parameters, robots, time_step):
     """Returns the velocities to the goals, and the other pulls on people.
 
-    Returns:
-        Shape (n, 2), in m/s; and shape (n, FORCES_SIZE), in m/s^2: the forces
-        of the group, and the robot's push.
+    They have shape (n, 2), in m/s; and (n, FORCES_SIZE), in m/s^2: the forces
+    of the group, and the robot's push.
     """
     n = len(states)
     wanted = np.zeros((n, 2))
@@ -100,42 +100,24 @@ def wishes(states, radii, command, parameters, robots, time_step):
 
 
 @jit
-def _column(offset, width, count):
-    """Returns which of `count` cells something is in, at least the nearest."""
-    return min(max(int(offset / width), 0), count - 1)
-
-
-@jit
 def look_around(
     i, states, radii, command, robots, wanted, cells, body, reach, rows
 ):
     """Writes the surroundings of a person: people within reach, and robots.
 
-    Args:
-        i: The number of the person.
-        states: Shape (n, 6).
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        robots: Shape (m, 7).
-        wanted: Shape (n, 2), from `wishes`, in m/s.
-        cells: From `make_cells`.
-        body: The largest radius of people with respect to each other, in
-            meters. With respect to robots they have their own.
-        reach: People farther than this do not count, in meters.
-        rows: Receives the surroundings: see AT_X and following. Room for all
-            people and robots.
-
-    Returns:
-        The number of rows written.
+    Array `rows` receives them, and has room for all: see AT_X and following.
+    Returns the number of rows written. `i` is the number of the person,
+    `wanted` is from `wishes`, `cells` from `make_cells`. People have radii of
+    at most `body` to each other, in meters, but their own to robots.
     """
     order, x, y, begin, left, bottom, width, columns, lines = cells
     px = states[i, X]
     py = states[i, Y]
     count = 0
-    first = _column(px - reach - left, width, columns)
-    last = _column(px + reach - left, width, columns)
-    lowest = _column(py - reach - bottom, width, lines)
-    highest = _column(py + reach - bottom, width, lines)
+    first = cell_index(px - reach - left, width, columns)
+    last = cell_index(px + reach - left, width, columns)
+    lowest = cell_index(py - reach - bottom, width, lines)
+    highest = cell_index(py + reach - bottom, width, lines)
     for b in range(lowest, highest + 1):
         cell = b * columns
         for s in range(begin[cell + first], begin[cell + last + 1]):

@@ -82,15 +82,10 @@ def figure_width(radius: float) -> float:
 
 @jit
 def legs_at(gait: Array, human_states: Array, height: float) -> Array:
-    """Returns the cuts of a horizontal plane with the legs of people.
+    """Returns the cuts of a plane at a height, in meters, with legs of people.
 
     They are approximated by ellipses. That of a leg which does not reach the
     plane, as a foot in the air above it, has half axes of 0.
-
-    Args:
-        gait: The gait of the people, shape (4n,): see `gait`.
-        human_states: The rows of the people, shape (7n,).
-        height: The height of the plane above the floor, in meters.
 
     Returns:
         Shape (2n, 5), the left leg of each person before the right one: rows
@@ -140,14 +135,11 @@ def _leg_at(
 def _cut(
     angle: float, below: float, sections: Array, width: float
 ) -> tuple[float, float, float]:
-    """Returns the cut of a plane with a part that hangs at an angle.
+    """Returns the cut of a plane below a joint with a part that hangs from it.
 
-    The plane is at a depth below the joint. Seen from the side, the part is a
-    polygon between the ends of its sections.
-
-    Returns:
-        The begin and the end of the cut, relative to the joint, and its half
-        width, in meters; (infinity, -infinity, 0) for no cut.
+    Seen from the side, the part is a polygon between the ends of its sections.
+    Returns the begin and the end of the cut, relative to the joint, and its
+    half width, in meters; (infinity, -infinity, 0) for no cut.
     """
     c, s = math.cos(angle), math.sin(angle)
     low, high = math.inf, -math.inf

@@ -145,10 +145,7 @@ def _check_number(config: SourceConfig, people: Sequence[HumanConfig]) -> None:
 
     By Little's law, the mean number of people present is the rate times their
     mean time of stay, which is at least that of straight ways at the desired
-    speed.
-
-    Raises:
-        NoRoomError: If there are fewer people.
+    speed. If there are fewer people, a NoRoomError says so.
     """
     times = []
     for human in people:

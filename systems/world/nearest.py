@@ -72,14 +72,12 @@ def _nearest_in_run(x, y, run, best, row, walls):
 
 @jit
 def shapes_within(x, y, reach, most, walls):
-    """Returns the nearest points of the shapes that act on a person.
+    """Returns the nearest points (n, 4) of the shapes that act on a person.
 
     They are the shapes within `reach` meters of the person at (x, y), at most
-    the nearest `most` of them; 0 is all.
-
-    Returns:
-        Shape (n, 4): rows (x, y, squared distance, segment), in the order of
-        the shapes, or from near to far if `most` leaves some out.
+    the nearest `most` of them; 0 is all. Rows are (x, y, squared distance,
+    segment), in the order of the shapes, or from near to far if some are left
+    out.
     """
     edge = reach * (1 + 1e-12) + 1e-12 * (abs(x) + abs(y))
     runs = runs_in(x - edge, y - edge, x + edge, y + edge, walls)

@@ -54,10 +54,9 @@ def crosses(px, py, qx, qy, segments, s):
 def nearest_on_path(px, py, qx, qy, segments, s):
     """Returns the distance of the path from p to q from segment `s`, and where.
 
-    Returns:
-        The least distance, in meters; and the part of the path, in [0, 1],
-        after which it is reached, an end of the path if it is reached there.
-        It is negative for a path that crosses the segment.
+    They are in meters, and as the part of the path, in [0, 1], after which it
+    is reached, an end of the path if it is reached there; negative for a path
+    that crosses the segment.
     """
     if crosses(px, py, qx, qy, segments, s):
         return 0.0, -1.0
@@ -119,11 +118,9 @@ def nearest_free(x, y, hx, hy, offset, walls):
 
     Of the nearest points and the ends of all segments, it lies beside the
     nearest that has room: `offset` meters away from it, or a quarter or a
-    sixteenth of that. No other wall lies between the point and its place.
-    The direction (hx, hy) decides between equally near places.
-
-    Returns:
-        The place (x, y) and whether there is one; else the point itself.
+    sixteenth of that. No other wall lies between the point and its place. The
+    direction (hx, hy) decides between equally near places. The last result is
+    whether there is a place; else it is the point itself.
     """
     best = math.inf
     best_along = -math.inf

@@ -101,11 +101,9 @@ def _remembered(x, y, hidden):
 
 @jit
 def _side_of(x, y, qx, qy, cell):
-    """Returns the side of all lines from a point to a cell that has (x, y).
+    """Returns the side of all lines from (qx, qy) to a cell that has (x, y).
 
-    Returns:
-        1 for the left of the lines from (qx, qy) to all places of the cell,
-        -1 for the right, else 0.
+    1 is left, -1 is right, and 0 is neither.
     """
     dx = x - qx
     dy = y - qy
@@ -228,9 +226,8 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
 def _leading(x, y, to_place, hiders, vertices):
     """Returns the vertices that may be seen from (x, y) and lead to the place.
 
-    Returns:
-        Arrays (c,): the vertices, in their order; their distances; and the
-        lengths of the ways to the place by way of them, in meters.
+    After them come arrays of their distances, and of the lengths of the ways to
+    the place by way of them, in meters.
     """
     numbers = np.empty(len(vertices), dtype=np.int64)
     legs = np.empty(len(vertices))
@@ -336,22 +333,12 @@ def guided(
 ):
     """Returns commands with the next waypoints, if the goal is not seen.
 
-    A waypoint that is not the goal has a radius of zero.
-
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE).
-        who: Shape (k,): the rows of people who do not see the goal, with the
-            clearance.
-        ways_to: Shape (k, 3 + m): for the goal of each, x and y of its
-            `standing_place`; the clearance of the last leg; and the length of
-            the shortest way from each vertex to the place, infinity if there
-            is none.
-        clearance: The clearance of the other legs.
-        vertices: Shape (m, 2).
-        cells: The known hiders of vertices: see `Hidden`. They are updated.
-        hiders: See there.
-        table: `Obstacles.table`.
+    A waypoint that is not the goal has a radius of zero. `who` (k,) are the
+    rows of people who do not see the goal, with the clearance. `ways_to`
+    (k, 3 + m) holds for the goal of each x and y of its `standing_place`; the
+    clearance of the last leg; and the length of the shortest way from each
+    vertex to the place, infinity if there is none. `cells` and `hiders` are
+    those of `Hidden`, and are updated.
     """
     walls = opened(table)
     hidden = Hidden(unowned(cells), unowned(hiders))

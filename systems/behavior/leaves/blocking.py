@@ -48,13 +48,9 @@ _BEHIND = math.pi / 4
 
 
 class _Leg(NamedTuple):
-    """A direction to walk in, and the distance to the place.
+    """A direction to walk in, (x, y), and the distance left, in meters.
 
-    Attributes:
-        x: The x of the direction, a unit vector in W.
-        y: Its y.
-        left: The distance to the place, in meters; infinite while the way
-            leads around the robot.
+    It is infinite while the way leads around the robot.
     """
 
     x: float
@@ -149,12 +145,9 @@ def _leg(
 ) -> _Leg:
     """Returns the way to the place ahead of a robot, or around the robot.
 
-    Args:
-        context: The tick context.
-        robot: The row of the robot.
-        own: The side to keep to: 1 left, -1 right of the robot, 0 neither.
-        keep: The least distance from its center, in meters.
-        distance: The distance of the place from its center, in meters.
+    The place is at `distance` from the robot's center, which is kept at least
+    at `keep`, in meters; `own` is the side to keep to: 1 left, -1 right of the
+    robot, 0 neither.
     """
     state = context.state
     px, py = state[X] - robot[X], state[Y] - robot[Y]

@@ -194,12 +194,9 @@ def _keeps_off(
 ) -> bool:
     """Stays off a robot that leaves no room to pass; returns whether it does.
 
-    Args:
-        context: The tick context.
-        robots: The robots that count.
-        lane: The lane to walk in, to the left of the way; 0 is straight on.
-        room: The least gap between the bodies, in meters; 0.05 m is enough
-            beside a robot that stands.
+    The lane is to the left of the way; 0 is straight on. `room` is the least
+    gap between the bodies, in meters; 0.05 m is enough beside a robot that
+    stands.
     """
     body = context.person.body_radius
     gx, gy = way(context)
@@ -290,10 +287,9 @@ def _widest_lane(
 def _wall_beside(
     context: TickContext, robots: list[OnWay], clearance: float, side: float
 ) -> tuple[float, float]:
-    """Returns the wall beside robots on a side: 1 is left, -1 right.
+    """Returns the lane of the wall beside robots on a side: 1 left, -1 right.
 
-    Returns:
-        Its lane, and the gap between it and the body of the nearest robot.
+    After it comes the gap between it and the body of the nearest robot.
     """
     gx, gy = way(context)
     outermost = max(robots, key=lambda it: side * it.beside)

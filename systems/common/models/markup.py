@@ -55,14 +55,10 @@ class Element:
 
 @dataclass(frozen=True)
 class _Rule:
-    """A rule for numbers, each in [low, high], or (low, high].
+    """A rule for numbers, each in [low, high], or (low, high] if it is open.
 
-    Attributes:
-        counts: The valid counts of numbers.
-        low: The least number.
-        high: The largest.
-        is_open: Whether `low` itself is invalid.
-        not_zero: "each" if no number may be zero, "all" if not all of them.
+    There must be one of `counts` of them; if `not_zero` is "each", none may be
+    zero, if it is "all", not all of them.
     """
 
     counts: tuple[int, ...] = (1,)

@@ -50,11 +50,8 @@ _DIFFERENCE = 1e-6
 class _Slopes(NamedTuple):
     """The derivatives of the correction of a step by bodies.
 
-    Attributes:
-        rows: The people concerned, k of n; the others move as proposed.
-        before: Shape (6k, 6k): by their states before.
-        after: Shape (6k, 6k): by the states proposed.
-        robots: Shape (6k, 7m): by the states of the robots.
+    They are those of `rows`, k of n people (the others move as proposed), by
+    their states before and proposed, (6k, 6k), and by the robots, (6k, 7m).
     """
 
     rows: NDArray[np.intp]

@@ -85,15 +85,9 @@ def do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs):
 
 @jit_as(float64[::1], MATRIX, VECTOR, MATRIX)
 def deepest(states, bodies, robots):
-    """Returns the depth of the deepest other body in that of each person.
+    """Returns the depth (n,) of the deepest other body in that of each person.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        robots: Shape (m, 7): rows of `robot_states`.
-
-    Returns:
-        Shape (n,), in meters; 0 for people without contact.
+    It is in meters, and 0 for people without contact.
     """
     depths = np.zeros(len(states))
     pairs = near_pairs(states[:, X], states[:, Y], bodies)
@@ -126,15 +120,9 @@ def deepest(states, bodies, robots):
 def robot_touches(before, free, bodies, robots, time_step):
     """Returns the touches of people and robots if they were not kept apart.
 
-    Robots move through the step at their present velocity.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        free: Shape (mn, 2): for each robot, the positions of people after the
-            step without the pushes of that robot, in meters.
-        bodies: Shape (n,), radii in meters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        time_step: In seconds.
+    Robots move through the step at their present velocity. `free`, of shape
+    (mn, 2), are the positions of people after the step without the pushes of
+    each robot, in meters.
 
     Returns:
         Shape (mn, 2), for each robot the rows of people: its depth in the
@@ -177,15 +165,12 @@ def find_contacts(
     slack,
     pairs,
 ):
-    """Returns the contacts of people with people, robots and walls.
+    """Returns the contacts (c, 5) of people with people, robots and walls.
 
     Contacts with walls are only those of people near others. The arguments are
     those of `keep_apart`, and the largest distance by which people may be moved
     from their proposed positions, in meters; the pairs include all people who
-    could touch then.
-
-    Returns:
-        Shape (c, 5): see the columns above.
+    could touch then. See the columns above.
     """
     n = len(before)
     reach = np.empty(n)

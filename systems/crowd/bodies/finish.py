@@ -62,29 +62,13 @@ def finish(
 ):
     """Returns the states (n, 6) of n people at the end of a step.
 
-    The second result is that of `robot_touches`.
+    The second result is that of `robot_touches`. The arguments are those of
+    `keep_apart`, but `after` may only be written to, and the stances change.
 
     People stand where they want to, change their velocity and heading at a
     limited rate, enter no wall, and overlap nobody. `Bodies` does the same in
     several calls, so that only what is needed is compiled, and also among
     robots that bodies stop.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed by the model of motion; may
-            be written to.
-        forces: Shape (n, FORCES_SIZE).
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see `standing`; they change.
-        robots: Shape (m, 7): rows of `robot_states`.
-        sizes: Shape (n, 2), the radius of each body, and the distance that its
-            center keeps from walls (see `wall_margins`), in meters.
-        table: `Obstacles.table`.
-        options: See `Options`.
-        time_step: In seconds.
-        iterations: See `project`.
-        pairs: See `keep_apart`.
-        known: See there.
     """
     is_limited = options.acceleration < math.inf or options.turn_rate < math.inf
     if options.standing != 0:

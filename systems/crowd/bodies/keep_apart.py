@@ -77,16 +77,9 @@ def project(contacts, places, iterations):
 
     The dual problem is solved by accelerated projected gradients (Mazhar,
     Heyn, Negrut and Tasora 2015), scaled by the number of contacts of each
-    person. All pushes change at once, so their order has no effect.
-
-    Args:
-        contacts: Shape (c, 5): see `find_contacts`.
-        places: Shape (n, 2), in meters.
-        iterations: The largest number of iterations.
-
-    Returns:
-        The positions, shape (n, 2), and the push of each contact, shape (c,);
-        in meters.
+    person, in at most `iterations`. All pushes change at once, so their order
+    has no effect. Contacts (c, 5) are those of `find_contacts`. The results are
+    the positions (n, 2), and the push of each contact (c,), in meters.
     """
     count = len(contacts)
     degree = np.zeros(len(places))
@@ -204,28 +197,15 @@ def keep_apart(
     gets faster by that than both the proposal and the own speed limit. People
     who touch nobody move as proposed.
 
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed, outside of walls; changed to
-            those in which no bodies overlap.
-        sizes: Shape (n, 2), the radius of each body, and the distance that its
-            center keeps from walls (see `wall_margins`), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        robots: Shape (m, 7): rows of `robot_states`.
-        table: `Obstacles.table`.
-        is_walled: Whether walls stop people.
-        robots_stop: Whether people stop robots.
-        time_step: In seconds.
-        iterations: See `project`.
-        pairs: Shape (p, 2): all people whose bodies were less than 2 `known`
-            apart before, in the order of `near_pairs`; maybe others.
-        known: In meters; negative if no pairs are known.
-        free: Shape (mn, 2): for each robot, the positions (n, 2) proposed, in
-            meters; changed to the positions without the pushes of that robot,
-            but with all others.
-
-    Returns:
-        Whether anybody was moved.
+    `after` are the states proposed, outside of walls; they change to those in
+    which no bodies overlap. `sizes` (n, 2) are the radius of each body, and the
+    distance that its center keeps from walls (see `wall_margins`), in meters.
+    The flags are whether walls stop people, and whether people stop robots.
+    `pairs` (p, 2) are all people whose bodies were less than 2 `known` apart
+    before, in meters, in the order of `near_pairs`, and maybe others; none are
+    known if that is negative. `free` (mn, 2) are for each robot the positions
+    proposed, in meters; they change to those without the pushes of that robot,
+    but with all others. Returns whether anybody was moved.
     """
     bodies = sizes[:, 0].copy()
     walls = opened(table)

@@ -19,18 +19,11 @@ _ROUNDING = 1e-9
 
 @jit
 def near_pairs(x, y, reach):
-    """Returns the pairs of people whose reaches meet.
+    """Returns the pairs (p, 2) of people, by their numbers, whose reaches meet.
 
     They are sorted along the longer side of their bounding box, and compared
-    with those that follow until no later one can be near.
-
-    Args:
-        x: Shape (n,), in meters.
-        y: Shape (n,), in meters.
-        reach: Shape (n,), in meters.
-
-    Returns:
-        Shape (p, 2), the numbers of the people of each pair.
+    with those that follow until no later one can be near. The arguments have
+    shape (n,), in meters.
     """
     n = len(x)
     pairs = np.empty((4 * n + _SPARE, 2), np.int64)

@@ -116,9 +116,8 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
 def _room(x, y, ex, ey, begin, end, reach, walls):
     """Returns the distances of walls on the left and the right of a way.
 
-    It leads from (x, y) in the direction (ex, ey). Only walls count that are
-    beside it between `begin` and `end`, on one side of it, and nearer than
-    `reach`, in meters.
+    It leads from (x, y) in the direction (ex, ey). Only walls beside it between
+    `begin` and `end`, on one side of it, and nearer than `reach` count.
     """
     left = reach
     right = reach
@@ -194,24 +193,11 @@ def pass_robots(
 
     Only robots count that are 3 m away at most, ahead, not behind a wall, and
     pedestrians to the person. If one that keeps its velocity would come nearer
-    than `gap` to the body of a person who walks straight on, the person's goal
-    is turned aside, so that the gap is left: to the nearer side, to the right
-    if in doubt, behind rather than ahead of a crossing robot, and where there
-    is room. Meanwhile, no group pulls.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        goals: The same, with the goals themselves.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        gap: The gap between the bodies, in meters.
-
-    Returns:
-        The commands and `at_walls`, in shapes as given.
+    than `gap` (in meters) to the body of a person who walks straight on, the
+    person's goal is turned aside, so that the gap is left: to the nearer side,
+    to the right if in doubt, behind rather than ahead of a crossing robot, and
+    where there is room. Meanwhile, no group pulls. `command` has waypoints for
+    goals, `goals` the goals themselves.
     """
     wanted = command.copy()
     felt = at_walls.copy()

@@ -16,14 +16,8 @@ _TURNING_SPEED = 0.2
 def limit_rates(before, after, command, acceleration, turn_rate, time_step):
     """Limits the changes of velocities and headings; writes `after`.
 
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed; positions change with the
-            velocities.
-        command: Shape (n, COMMAND_SIZE).
-        acceleration: The limit, in m/s^2.
-        turn_rate: The limit, in rad/s, unless the command turns the person.
-        time_step: In seconds.
+    Positions change with the velocities. The limits are `acceleration`, in
+    m/s^2, and `turn_rate`, in rad/s, unless the command turns the person.
     """
     for i in range(len(before)):
         ax = after[i, VX] - before[i, VX]

@@ -115,14 +115,6 @@ def stand(before, after, forces, command, stances, time_step):
     People who have nowhere to go brake, and then stand: walls have no effect
     any more, and others only if they push hard (unless the command is to hold
     still) or touch. People who are pushed away come back.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed.
-        forces: Shape (n, FORCES_SIZE).
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see the columns above.
-        time_step: In seconds.
     """
     # (Most people walk. A call for each of them, with all these arrays, would
     # take longer than the test.)

@@ -87,20 +87,11 @@ def _width(x, y, ex, ey, near, segments, posts):
 def _passage(x, y, ex, ey, length, need, walls, ends):
     """Returns the begin and the end of the passage between two people.
 
-    Args:
-        x: The x of one of them, in meters.
-        y: Its y.
-        ex: The direction of the other one.
-        ey: Its y.
-        length: The distance of the other one, in meters.
-        need: The width below which there is a passage, in meters.
-        walls: The walls.
-        ends: Shape (2, 4), receives the posts of both ends: see `_width`.
-
-    Returns:
-        The distances of begin and end from the first person, in meters:
-        negative behind the person, infinite for an end too far behind to be
-        seen; both are NaN if there is no passage.
+    One is at (x, y), the other in the direction (ex, ey) at the distance
+    `length`. Widths below `need` are a passage. Array `ends`, of shape (2, 4),
+    receives the posts of both ends: see `_width`. The results are distances
+    from the first person, in meters: negative behind the person, infinite for
+    an end too far behind to be seen; both are NaN if there is no passage.
     """
     ahead = length + _BEHIND
     qx = x + ahead * ex
@@ -208,18 +199,8 @@ def take_turns(states, bodies, command, parameters, at_walls, table):
     is too narrow for both, the one nearer to it, or deeper in it, goes first;
     at equal distances, the one with the lower x, or y. The other one waits
     beside it, on the own side, or on the right if in doubt. The one who goes
-    turns the shoulders, so that walls push less.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-
-    Returns:
-        The commands and `at_walls`, in shapes as given.
+    turns the shoulders, so that walls push less. Commands have waypoints for
+    goals.
     """
     n = len(states)
     wanted = command.copy()

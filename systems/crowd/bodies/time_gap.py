@@ -75,9 +75,8 @@ def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
 def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
     """Returns the result of `keep_time_gap`, and the pairs that it examined.
 
-    Returns:
-        The commands, `at_walls`, all pairs of people whose bodies are less
-        than twice a distance apart, and that distance, in meters.
+    They are all pairs of people whose bodies are less than twice a distance
+    apart; that distance, in meters, is the last result.
     """
     n = len(states)
     wanted = command.copy()
@@ -131,19 +130,7 @@ def keep_time_gap(
     between the bodies and the speed v of the nearest person ahead in the own
     lane who is not oncoming. An oncoming person is passed: the goal is turned
     aside, mostly to the right, and the shoulders are turned, so that walls
-    push less.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        time_gap: In seconds, > 0.
-        matching: The share of the other's speed that is added.
-
-    Returns:
-        The commands and `at_walls`, in shapes as given.
+    push less. The time gap is above 0, in seconds.
     """
     wanted, felt, _, _ = follow(
         states, bodies, command, parameters, at_walls, time_gap, matching

@@ -70,23 +70,12 @@ def whole_step(
 ):
     """Returns the states and stances of n people at the end of a step.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see `standing`.
-        robots: Shape (m, 7): rows of `robot_states`.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        eased: Shape (n, 2): see `Snapshot.at_walls`; (0, 2) if people have
-            their own radii and weights at walls.
-        sizes: Shape (n, 3): those of `finish`, and the radius of each
-            person, in meters.
-        table: `Obstacles.table`.
-        numbers: Shape (12,): see `Numbers`.
-
-    Returns:
-        The states and the stances, in shapes as given, the touches of the step
-        as of `robot_touches`, and whether these are valid: not if a number is
-        so large that `limited` would change it, or a force is not finite.
+    After them come the touches of the step as of `robot_touches`, and whether
+    all these are valid: not if a number is so large that `limited` would change
+    it, or a force is not finite. `eased` is `Snapshot.at_walls`, or of shape
+    (0, 2) if people have their own radii and weights at walls. `sizes` (n, 3)
+    are those of `finish`, and the radius of each person, in meters. `numbers`
+    are `Numbers`.
     """
     p = _numbers_in(numbers)
     n = len(states)

@@ -112,17 +112,11 @@ def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
 def best_velocity(rules, hard, count, speed, tx, ty, scratch):
     """Returns the velocity nearest to a desired one under some rules, in m/s.
 
-    Rules that no velocity obeys are relaxed, all by the same: first the hard
-    ones among themselves, then the others under the hard ones.
-
-    Args:
-        rules: Shape (>= count, 3); those that are relaxed are changed.
-        hard: The number of rules, the first ones, that precede the others.
-        count: The number of rules.
-        speed: The largest speed, in m/s.
-        tx: The x of the desired velocity, no faster than that, in m/s.
-        ty: Its y.
-        scratch: Room for as many rules.
+    Rules that no velocity obeys are relaxed, all by the same: first the `hard`
+    ones, which come first, among themselves, then the others under these. The
+    first `count` of `rules` (>= count, 3) count; those that are relaxed are
+    changed. (tx, ty) is the desired velocity, no faster than `speed`, in m/s;
+    `scratch` is room for as many rules.
     """
     done, vx, vy = _best(rules, count, speed, tx, ty, False)
     for stage in range(2):

@@ -62,15 +62,9 @@ def share_in_queue(state, command, other, others, near):
     Two people who walk are in a queue if they go to the same place, or if one
     goes to a place on the way of the other, and not in the opposite direction.
     The shares of both add up to one: that of the person nearer to the two
-    places is smaller.
-
-    Args:
-        state: Shape (6,), the state of the person.
-        command: Shape (COMMAND_SIZE,), with the next waypoint for a goal.
-        other: Shape (6,), the state of the other one.
-        others: Shape (COMMAND_SIZE,), the command of the other one.
-        near: The distance below which two places are the same, or a place is
-            on a way, in meters.
+    places is smaller. Places are the same, or on a way, within `near` meters.
+    (state, command) are those of the person, with the next waypoint for a goal,
+    (other, others) those of the other one.
     """
     ax = command[Command.GOAL_X]
     ay = command[Command.GOAL_Y]

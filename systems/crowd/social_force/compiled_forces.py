@@ -58,12 +58,10 @@ def wrap(angle):
 
 @jit
 def goal_force(x, y, vx, vy, command, k):
-    """Returns the pull towards the goal, and the direction there.
+    """Returns the pull towards the goal, (fx, fy), and the direction (ex, ey).
 
-    k_d (v_desired e - v) / tau; without a goal, or at it, -v / tau.
-
-    Returns:
-        (fx, fy, ex, ey): the force, and the direction of length one, or zero.
+    k_d (v_desired e - v) / tau; without a goal, or at it, -v / tau. The
+    direction is a unit vector, or zero.
     """
     gx = command[Command.GOAL_X] - x
     gy = command[Command.GOAL_Y] - y

@@ -355,20 +355,8 @@ def advance(
     """Returns the states of n people one step later, shape (n, 6).
 
     The yaw follows the velocity, and is 0 at rest. People who turn while
-    walking have the turn rate of the walk.
-
-    Args:
-        states: Shape (n, 6), and the next eight are as for `social_forces`.
-        radii: See there.
-        command: See there.
-        parameters: See there.
-        robots: See there.
-        at_walls: See there.
-        table: See there.
-        reach: See there.
-        most: See there.
-        forces: The result of `social_forces`.
-        time_step: In seconds.
+    walking have the turn rate of the walk. The first nine arguments are those
+    of `social_forces`; then come its result, and the time step in seconds.
     """
     walls = opened(table)
     # Subtrees receive it as text.

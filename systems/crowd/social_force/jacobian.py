@@ -208,14 +208,11 @@ def step_jacobian(
     forces,
     time_step,
 ):
-    """Returns the derivatives of the next states of n people.
+    """Returns the derivatives of the next states of n people: (6n, 6n + 7m).
 
     The first nine arguments are those of `kernel.social_forces`; then come the
-    forces that it gives, shape (n, FORCES_SIZE), and the time step in seconds.
-
-    Returns:
-        Shape (6n, 6n + 7m): a row for each element of the next states. See
-        the module for the columns.
+    forces that it gives, and the time step in seconds. A row is for an element
+    of the next states; see the module for the columns.
     """
     n = len(states)
     rows = force_jacobian(

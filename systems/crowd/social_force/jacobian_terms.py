@@ -31,16 +31,10 @@ from hunav_drake.systems.world.nearest import shapes_within
 def point_derivative(dx, dy, radius, factor, k, edge):
     """Returns the derivative of the force of an obstacle's nearest point.
 
-    Args:
-        dx: The x of the person relative to that point, in meters.
-        dy: Its y.
-        radius: The radius of the person, in meters.
-        factor: The obstacle factor, in m/s^2.
-        k: The parameters.
-        edge: Whether the point moves along with the person, on an edge.
-
-    Returns:
-        The elements xx, xy and yy of the symmetric 2 x 2 derivative.
+    (dx, dy) is the person relative to that point, in meters, `factor` the
+    obstacle factor, in m/s^2. With `edge`, the point moves along with the
+    person, on an edge. The results are the elements xx, xy and yy of the
+    symmetric 2 x 2 derivative.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     if distance < SHORT:
@@ -146,11 +140,8 @@ def add_group_derivatives(
     """Adds the derivatives of the group forces on person i.
 
     (ex, ey) is the direction of the goal, zero without one; per_distance is
-    one over its distance.
-
-    Returns:
-        The derivative by the own position, beyond minus the sum of those by
-        the positions of the others: xx, xy, yx, yy.
+    one over its distance. Returns the derivative by the own position, beyond
+    minus the sum of those by the positions of the others: xx, xy, yx, yy.
     """
     group = command[i, Command.GROUP_ID]
     x = states[i, X]

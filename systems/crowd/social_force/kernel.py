@@ -142,23 +142,7 @@ def _all_forces(
 def social_forces(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
-    """Returns the forces on n people, from one snapshot of all of them.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        reach: Shapes farther than this exert no force, in meters.
-        most: The largest number of shapes that exert forces; 0 for all within
-            reach.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2.
-    """
+    """Returns the forces on n people, from one snapshot of all of them."""
     return _all_forces(
         *(states, radii, command, parameters, robots, at_walls),
         *(table, reach, most),
@@ -199,15 +183,8 @@ def fast_social_forces(
 def advance(states, forces, command, time_step):
     """Returns the states of n people one step later (semi-implicit Euler).
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        forces: Shape (n, FORCES_SIZE); the last two columns count.
-        command: Shape (n, COMMAND_SIZE).
-        time_step: In seconds.
-
-    Returns:
-        Shape (n, 6). The yaw follows the velocity, unless the command turns
-        it; a person who hardly moves keeps it.
+    Only the total of the forces counts. The yaw follows the velocity, unless
+    the command turns it; a person who hardly moves keeps it.
     """
     result = np.empty((len(states), MOTION_SIZE))
     for i in range(len(states)):

@@ -76,15 +76,15 @@ class SocialForceModel(MotionModel):
         forces: Array
         if self.kernel == "fast":
             forces = kernel.fast_social_forces(
-                *_arguments(snapshot), self.error_bound
+                *snapshot.as_arguments, self.error_bound
             )
         elif self.kernel == "hunavsim":
             ordered, _, places = _in_turn(snapshot)
-            forces = hunavsim.social_forces(*_arguments(ordered))[places]
+            forces = hunavsim.social_forces(*ordered.as_arguments)[places]
             if self.robot_obstacle_radius > 0:
                 _add_pushes(forces, snapshot, self.robot_obstacle_radius)
         else:
-            forces = kernel.social_forces(*_arguments(snapshot))
+            forces = kernel.social_forces(*snapshot.as_arguments)
         return forces
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
@@ -95,7 +95,7 @@ class SocialForceModel(MotionModel):
         if self.kernel == "hunavsim":
             ordered, rows, places = _in_turn(snapshot)
             states = hunavsim.advance(
-                *_arguments(ordered), forces[rows], snapshot.time_step
+                *ordered.as_arguments, forces[rows], snapshot.time_step
             )[places]
             if self.measured_velocities:
                 stays = snapshot.command[:, Command.HOLD] == Hold.STAY
@@ -125,9 +125,7 @@ def _add_pushes(forces: Array, snapshot: Snapshot, radius: float) -> None:
 def _in_turn(snapshot: Snapshot) -> tuple[Snapshot, Any, Any]:
     """Returns a snapshot whose rows are in turn: see `Snapshot.turns`.
 
-    Returns:
-        The snapshot, its rows in the given one, and the rows of the given one
-        in it.
+    After it come its rows in the given one, and the given ones' rows in it.
     """
     rows = snapshot.turns
     if rows is None:
@@ -141,18 +139,3 @@ def _in_turn(snapshot: Snapshot) -> tuple[Snapshot, Any, Any]:
         turns=None,
     )
     return ordered, rows, np.argsort(rows)
-
-
-def _arguments(snapshot: Snapshot) -> tuple[Any, ...]:
-    """Returns the arguments of the compiled functions."""
-    return (
-        snapshot.states,
-        snapshot.radii,
-        snapshot.command,
-        snapshot.parameters,
-        snapshot.robots,
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )

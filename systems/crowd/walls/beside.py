@@ -34,10 +34,9 @@ _HAIR = 1e-9
 def way_ahead(x, y, command):
     """Returns the way of a person to the next waypoint.
 
-    Returns:
-        Whether the person goes anywhere; the direction (ex, ey) of the next
-        waypoint; the distance ahead in which to look for passages; and the
-        distance of the waypoint, in meters.
+    It is whether the person goes anywhere; the direction (ex, ey) of the next
+    waypoint; the distance ahead in which to look for passages; and the distance
+    of the waypoint, in meters.
     """
     ex = command[Command.GOAL_X] - x
     ey = command[Command.GOAL_Y] - y
@@ -75,13 +74,11 @@ def places_ahead(x, y, ex, ey, ahead):
 def walls_beside(x, y, ex, ey, ahead, walls):
     """Returns the segments that may be within WIDEST of a way.
 
-    The arguments are those of `places_ahead`, and `Walls`.
-
-    Returns:
-        Arrays (n,): the segments, in the order of their shapes; these shapes;
-        the least distance of a segment on the left of the way, negative on the
-        right, 0 if it may be on both sides; and less than its distance from
-        all places, in meters.
+    The arguments are those of `places_ahead`, and `Walls`. The results are
+    arrays (n,): the segments, in the order of their shapes; these shapes; the
+    least distance of a segment on the left of the way, negative on the right, 0
+    if it may be on both sides; and less than its distance from all places, in
+    meters.
     """
     qx = x + ahead * ex
     qy = y + ahead * ey
@@ -143,21 +140,12 @@ def _offsets(px, py, segments, s, dx, dy, d2):
 
 @jit
 def _widths_of_side(px, py, ex, ey, sign, limits, beside, walls):
-    """Returns the apparent distances of the walls of one side at each place.
+    """Returns the apparent distances (STEPS,) of the walls on one side.
 
-    Args:
-        px: Shape (STEPS,), from `places_ahead`, as is `py`.
-        py: See there.
-        ex: The direction of the way.
-        ey: See there.
-        sign: 1 for the left side, -1 for the right.
-        limits: Shape (STEPS,): the distances beyond which walls do not count,
-            in meters. They change.
-        beside: From `walls_beside`.
-        walls: The walls.
-
-    Returns:
-        Shape (STEPS,), infinite where nothing counts: see `passage_width`.
+    The places px, py are from `places_ahead`, on a way in the direction (ex,
+    ey); `sign` is 1 for its left side, -1 for its right. Walls beyond `limits`
+    (STEPS,), which change, do not count; `beside` is from `walls_beside`. The
+    result is infinite where nothing counts: see `passage_width`.
     """
     near, _, left, least = beside
     dx = np.empty(STEPS)
@@ -215,10 +203,8 @@ def passage_width(px, py, ex, ey, beside, walls):
 def offsets_of_shapes(px, py, beside, walls):
     """Returns the offsets from the nearest points of the shapes beside a way.
 
-    Returns:
-        Shape (3, k, STEPS): x and y of a place minus those of the nearest
-        point, and the squared distance. It is exact where it is below that of
-        WIDEST.
+    They have the shape (3, k, STEPS): x and y of a place minus those of the
+    nearest point, and the squared distance, exact where below that of WIDEST.
     """
     near, shapes, _, _ = beside
     dx = np.empty(STEPS)
@@ -245,18 +231,10 @@ def push_back(px, py, ex, ey, own, k, pull, felt, found):
     """Returns the largest force of walls back along a way, if above the pull.
 
     Else it is any number up to the pull, in m/s^2. The force is computed only
-    where the walls nearby might push as much.
-
-    Args:
-        px: Shape (STEPS,), from `places_ahead`, as is `py`.
-        py: See there.
-        ex: The direction of the way.
-        ey: See there.
-        own: The radius and the obstacle factor of the person.
-        k: The parameters of the person.
-        pull: In m/s^2.
-        felt: The walls, their range, and their largest number.
-        found: From `offsets_of_shapes`.
+    where the walls nearby might push as much. `own` is the radius and the
+    obstacle factor of the person, `k` the parameters, `felt` the walls, their
+    range, and their largest number; `found` is from `offsets_of_shapes`, the
+    others are as for `_widths_of_side`.
     """
     walls, reach, most = felt
     radius, factor = own

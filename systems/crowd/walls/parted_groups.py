@@ -60,12 +60,8 @@ def walking_groups(positions, command, guided):
     Members of a group walk together if they go to the same place, or are near
     each other and go in the same direction, also by way of other members.
     People who stand go nowhere. The first person of a group and those who walk
-    along keep its number.
-
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE), with the goals themselves.
-        guided: The same, with waypoints for goals.
+    along keep its number. Rows of positions are x, y, ..., in meters; `guided`
+    are the commands with waypoints for goals.
     """
     n = len(positions)
     result = command[:, Command.GROUP_ID].copy()
@@ -124,13 +120,8 @@ def parted(positions, command, radii, table):
     """Returns for each person (n,) whether walls separate it from its group.
 
     A wall is between them and the center of the group, or their way is, within
-    the next 1.5 m, narrower than they and the widest other one abreast.
-
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        radii: Shape (n,), in meters.
-        table: `Obstacles.table`.
+    the next 1.5 m, narrower than they and the widest other one abreast. Rows of
+    positions are x, y, ..., in meters; commands have waypoints for goals.
     """
     walls = opened(table)
     n = len(positions)

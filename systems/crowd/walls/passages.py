@@ -121,17 +121,10 @@ def ease(
     goal's pull. For all others nothing changes. There is no jump in between:
     the result depends continuously on positions and waypoints.
 
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        at_walls: Shape (n, 2), as the result: the radii in meters, and the
-            obstacle factors in m/s^2, of the people.
-        parameters: As for `kernel.social_forces`, like the last three.
-        margin: The clearance of a model between bodies and walls, in meters.
-        narrowest: Passages much narrower than this do not count, in meters.
-        table: `Obstacles.table`.
-        reach: The range of walls, in meters.
-        most: The largest number of shapes.
+    Rows of positions are x, y, ..., commands have waypoints for goals, and
+    `at_walls` are the own radii and factors. `margin` is the clearance of a
+    model between bodies and walls; passages much narrower than `narrowest` do
+    not count, both in meters.
     """
     walls = opened(table)
     eased = at_walls.copy()

@@ -153,17 +153,6 @@ def random_states(n, *, density=0.3, slowest=0.0, fastest=1.4, seed=0):
     return states
 
 
-def kernel_arguments(snapshot):
-    """Returns what the compiled kernels take of a snapshot."""
-    return (
-        *snapshot[:5],
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )
-
-
 def step(model, snapshot):
     """Returns the states of people after a step."""
     return model.advance(snapshot, model.forces(snapshot))
