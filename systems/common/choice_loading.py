@@ -18,10 +18,8 @@ _not_loaded: ContextVar[tuple[Any, ...]] = ContextVar("_not_loaded", default=())
 def registered_only(*not_loaded: Any) -> Iterator[None]:
     """Lets scenarios choose only registered classes; no module is run for them.
 
-    Args:
-        not_loaded: Registers whose own modules are not loaded, either. Their
-            choices are not checked, except for their common fields: see
-            `UnloadedChoice`.
+    The own modules of registers that are `not_loaded` are not loaded, either.
+    Their choices are checked only for common fields: see `UnloadedChoice`.
     """
     tokens = _registered_only.set(True), _not_loaded.set(not_loaded)
     try:
@@ -48,15 +46,7 @@ class UnloadedChoice:
     """
 
     def __init__(self, base: Any, data: Mapping[str, Any]) -> None:
-        """Constructs it from data, and checks the common fields.
-
-        Args:
-            base: The class that all choices of the kind derive from.
-            data: The tag with the name, and the parameters.
-
-        Raises:
-            ValidationError: If a common field is outside its range.
-        """
+        """Constructs it from data, of which it checks the common fields."""
         defaults, adapter = _common(base)
         self.__dict__.update(defaults)
         self.__dict__.update(adapter.validate_python(dict(data)))

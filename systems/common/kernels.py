@@ -51,15 +51,9 @@ def drop_stale_kernels(
     """Deletes all compiled code if one of its sources has changed.
 
     Where nothing can be written, numba keeps its code elsewhere, in a place
-    that is named after the folder of the sources: there it is not read.
-
-    Args:
-        present: The result of `hash_sources` for the folder.
-        folder: The folder of the sources.
-        stamp: The file that keeps the hash.
-
-    Returns:
-        Whether the sources differ from those of the kept hash.
+    that is named after the folder of the sources: there it is not read. The
+    stamp is the file that keeps the hash. Returns whether the present one, from
+    `hash_sources`, differs from it.
     """
     with contextlib.suppress(OSError):
         if stamp.read_text() == present:

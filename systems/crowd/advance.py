@@ -39,13 +39,8 @@ def chosen_accelerations(
 ) -> NDArray[np.float64]:
     """Returns the accelerations that the kernel of a velocity model gives.
 
-    Args:
-        kernel: Takes a snapshot part by part, and the fields of the model.
-        snapshot: The present state of the world.
-        model: A dataclass of numbers.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    It takes a snapshot part by part, and the fields of the model, which are
+    numbers. The shape is (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
     return kernel(
         *snapshot.as_arguments[:-1],

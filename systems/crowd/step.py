@@ -91,14 +91,7 @@ class CrowdStep:
         time_step: float,
         with_derivatives: bool = False,
     ) -> None:
-        """Constructs a CrowdStep.
-
-        Args:
-            humans: The people.
-            obstacles: The walls.
-            config: The configuration of the crowd.
-            time_step: The length of the step, in seconds.
-            with_derivatives: Whether the arrays are of AutoDiffXd.
+        """Constructs a CrowdStep; with derivatives, arrays are of AutoDiffXd.
 
         Raises:
             ValueError: If derivatives are asked for, and the model of
@@ -160,13 +153,7 @@ class CrowdStep:
         parameters: NDArray[np.float64],
         stances: Array,
     ) -> Stepped:
-        """Returns the result of a step.
-
-        The arguments are those of `look` and `advance`.
-
-        Raises:
-            ValueError: If the model returns an invalid array.
-        """
+        """Returns the result of a step: see `look` and `advance`."""
         if self._whole is not None and states.dtype != object:
             eased = _OWN
             within = limited(states)
@@ -218,13 +205,7 @@ class CrowdStep:
     ) -> Snapshot:
         """Returns the snapshot from which people decide how to move on.
 
-        Args:
-            states: Shape (n, 6), rows (x, y, yaw, vx, vy, omega) in W, in SI
-                units.
-            command: Shape (n, COMMAND_SIZE): see `layout.Command`.
-            robots: Shape (m, 7), rows of ``robot_states``.
-            parameters: Shape (n, 13): the fields of SocialForceParameters; of
-                floats, read-only.
+        The parameters are floats, read-only. See `systems.crowd` for shapes.
         """
         states = limited(states)
         robots = limited(robots)
@@ -262,10 +243,7 @@ class CrowdStep:
         return self.radii if self._keeps_radii else self._bodies.radii
 
     def forces(self, snapshot: Snapshot) -> Array:
-        """Returns the forces on the people: see `layout.FORCES`.
-
-        Returns:
-            Shape (n, FORCES_SIZE), in m/s^2.
+        """Returns the forces (n, FORCES_SIZE) on the people, in m/s^2.
 
         Raises:
             ValueError: If the model returns something else.
@@ -282,11 +260,6 @@ class CrowdStep:
     ) -> Stepped:
         """Returns the result of a step under forces, corrected by bodies.
 
-        Args:
-            snapshot: From `look`.
-            forces: From `forces`, for that snapshot.
-            stances: Shape (n, 3): see `standing`.
-
         Raises:
             ValueError: If the model returns something else.
         """
@@ -297,14 +270,9 @@ class CrowdStep:
         )
 
     def overlaps(self, states: Array, robots: Array) -> Array:
-        """Returns the depths of other bodies in those of people, in meters.
+        """Returns the depths (n,) of other bodies in people's, in meters.
 
-        Args:
-            states: As for `look`.
-            robots: See there.
-
-        Returns:
-            Shape (n,), 0 for people without contact; without derivatives.
+        They are 0 for people without contact, and have no derivatives.
         """
         return self._bodies.overlaps(plain(states), plain(robots))
 
@@ -321,12 +289,8 @@ class CrowdStep:
     ) -> CrowdJacobian:
         """Returns the derivatives of `advance`, from the formulas.
 
-        They are those of the social force model: see `check_derivatives`.
-
-        Args:
-            snapshot: From `look`, of floats.
-            forces: From `forces`, for that snapshot.
-            stances: As for `advance`.
+        They are those of the social force model: see `check_derivatives`. All
+        arrays are of floats.
         """
         # This is rarely needed, and takes a moment to load.
         from hunav_drake.systems.crowd.social_force.jacobian import (

@@ -159,16 +159,10 @@ def draw_way(
 ) -> Way:
     """Returns the goals of the people of a group, one after the other.
 
-    Args:
-        members: The people.
-        goal_areas: The areas of their goals, one after the other.
-        sink_areas: The areas of the sinks, by name.
-        streams: The random numbers.
-        floor: The free floor.
-        group: The number of the group among those of these people.
-
-    Raises:
-        NoRoomError: If a goal or a sink has no place that is free of walls.
+    `goal_areas` are those of the goals, one after the other, `sink_areas` those
+    of the sinks, by name; `group` is the number of the group among those of
+    these people. If a goal or a sink has no place that is free of walls, a
+    NoRoomError says so.
     """
 
     def place(area: Areas, i: int, key: str, item: int | str) -> list[float]:

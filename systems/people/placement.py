@@ -68,11 +68,8 @@ class Floor:
     ) -> Mask:
         """Returns at which points (k, 2) a person can stand, shape (k,).
 
-        Args:
-            points: The centers in W, in meters.
-            radius: The radius of the disc that meets no wall and no disc.
-            body: The radius of the body.
-            spacing: The least gap to other bodies.
+        The disc of the radius meets no wall and no disc there, and the gap of
+        the body to other bodies is at least the spacing.
         """
         bodies = self._bodies[: self._num_bodies]
         return (
@@ -161,10 +158,7 @@ def draw_point(
 ) -> Array | None:
     """Returns the first drawn point that is free, or None.
 
-    Args:
-        areas: The areas of the point.
-        draws: The random numbers.
-        is_free: Returns which of some points (k, 2) are free, shape (k,).
+    `is_free` returns which of some points (k, 2) are free, shape (k,).
     """
     for points in _batches(areas, draws):
         free = np.flatnonzero(is_free(points))
@@ -206,19 +200,12 @@ def draw_group(
     is_free: Callable[[Array, float], Mask],
     spacing: float,
 ) -> Array | None:
-    """Returns the starts of the people of a group near each other, or None.
+    """Returns the starts (n, 2) of people of a group near each other, or None.
 
-    Args:
-        areas: The areas of the starts.
-        draws: The random numbers of the first one's place, and of the places
-            of each other one around it.
-        bodies: The radii of their bodies.
-        is_free: Returns at which of some points (k, 2) a person with a body of
-            some radius can stand, shape (k,).
-        spacing: The least gap between two bodies.
-
-    Returns:
-        The points, shape (n, 2).
+    The draws are those of the first one's place, and of the places of each
+    other one around it. `is_free` returns at which of some points (k, 2) a
+    person with a body of some radius can stand, shape (k,); the spacing is the
+    least gap between two bodies.
     """
     first, *others = draws
     offsets = [

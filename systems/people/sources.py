@@ -54,17 +54,10 @@ def draw_source(
 ) -> DrawnSource:
     """Draws the people who come in at a source.
 
-    Args:
-        config: The source.
-        sink_areas: The areas of the sinks, by name.
-        seed: The seed of the population.
-        floor: The free floor.
-        first_row: The number of people before those of the source.
-        group_id: The number of the first group.
-
-    Raises:
-        NoRoomError: If there is no place to come in or to go to, or if the
-            rate needs more people.
+    `sink_areas` are those of the sinks, by name; `first_row` people come before
+    those of the source, and `group_id` is the number of its first group. If
+    there is no place to come in or to go to, or if the rate needs more people,
+    a NoRoomError says so.
     """
     streams = Streams(seed, config.name)
     places = _draw_places(config, streams, floor)

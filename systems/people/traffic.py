@@ -104,14 +104,10 @@ def place_party(
 ) -> Array | None:
     """Returns the places (m, 2) where a party comes in, or None.
 
-    The first person comes in at the first place with room for all; the others
-    near that one.
-
-    Args:
-        places: Shape (k, 2), in order of preference.
-        free: Whether each of them could stand at each place, shape (m, k).
-        bodies: The radii of their bodies, in meters, m of them.
-        spacing: The least gap between two of them.
+    The first person comes in at the first of the places (k, 2) with room for
+    all; the others near that one. `free` (m, k) says where each of them could
+    stand, `bodies` are the radii of their bodies, and `spacing` is the least
+    gap between two of them, in meters.
     """
     if len(bodies) == 1:
         first = np.flatnonzero(free[0])

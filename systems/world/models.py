@@ -42,11 +42,8 @@ def model_hulls(
 ) -> tuple[Hull, ...]:
     """Returns the convex hulls of a file's collision geometries, in W.
 
-    Those of the files read last are cached, as long as these do not change.
-
-    Args:
-        filename: See `AddModelFile`.
-        pose: The pose of the models, (x, y, yaw).
+    Those of the files read last are cached, as long as these do not change. See
+    `AddModelFile` for the arguments.
 
     Raises:
         WorldFileError: If the file cannot be read, or has no collision

@@ -73,13 +73,7 @@ def walk_at(
 def slow_down_before(
     context: TickContext, left: float, deceleration: float
 ) -> None:
-    """Limits the speed so that `deceleration` stops the person in time.
-
-    Args:
-        context: The tick context.
-        left: The distance to the place where the person stops, in meters.
-        deceleration: In m/s^2.
-    """
+    """Limits the speed so that `deceleration` stops the person in `left` m."""
     # (Half of it leaves room for the forces. The desired speed stays, so that
     # the forces of a wall nearby do not hold the person back.)
     most = context.command[Command.MAX_SPEED]
@@ -103,14 +97,7 @@ def come_to_rest(context: TickContext, deceleration: float = 0.0) -> None:
 def walk_with(
     context: TickContext, vx: float, vy: float, acceleration: float
 ) -> None:
-    """Walks with a velocity, which changes by `acceleration` at most.
-
-    Args:
-        context: The tick context.
-        vx: The x of the velocity in W, in m/s.
-        vy: Its y, in m/s.
-        acceleration: The largest rate of change, in m/s^2.
-    """
+    """Walks with a velocity in W, which changes by `acceleration` at most."""
     state, command = context.state, context.command
     dx, dy = vx - state[VX], vy - state[VY]
     change = math.hypot(dx, dy)

@@ -226,13 +226,9 @@ def before_goal(
 ) -> list[OnWay]:
     """Returns the robots between the person and the goal.
 
-    Args:
-        context: The tick context.
-        distance: The largest distance of a robot, in meters.
-        clearance: Robots nearer to the goal than this cannot be passed, and
-            do not count, in meters.
-        behind: The distance behind the person up to which robots still count,
-            in meters.
+    They are at most `distance` away, and at most `behind` behind the person.
+    Robots nearer to the goal than `clearance` cannot be passed, and do not
+    count. All are in meters.
     """
     state, goal = context.state, context.goal
     if goal is None:

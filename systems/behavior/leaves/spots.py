@@ -126,15 +126,8 @@ def find_spot(
     It is abreast of the person, or farther back along the way if that leaves
     more room: 0.1 m more of a gap is worth a meter. It is on the person's
     side, or on the other if that has more room and time is left to cross; if
-    in doubt, on the robot's left, the right of a person who faces it.
-
-    Args:
-        state: The person's row of `human_states`.
-        body: The radius of the body itself.
-        drive: The drive of the robot.
-        wanted: The requirements on the spot.
-        others: The positions of other people who stand.
-        walls: The walls that people cannot walk through.
+    in doubt, on the robot's left, the right of a person who faces it. It is
+    not taken by others who stand. `body` is the radius of the body itself.
     """
     x, y, radius = state[X], state[Y], state[RADIUS]
     gap, least, pace, away = wanted
@@ -200,15 +193,9 @@ def free_way(
 ) -> float:
     """Returns the length of a straight way that is free for a body, in meters.
 
-    Args:
-        walls: See above.
-        x: The x of its start.
-        y: Its y.
-        dx: The x of its direction, a unit vector.
-        dy: Its y.
-        way: The length of the way.
-        body: The radius of the body.
-        beside: The free width on either side of its middle.
+    It leads from (x, y) in the direction (dx, dy), a unit vector, over the
+    length `way`. `body` is the radius of the body, and `beside` must be free on
+    either side of its middle.
     """
     if walls is None or way <= 0:
         return max(way, 0.0)

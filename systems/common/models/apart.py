@@ -40,12 +40,8 @@ class ModelFault(ValueError):
 def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
     """Calls a function in another process, to see whether it succeeds.
 
-    Calls that have succeeded are not repeated.
-
-    Args:
-        key: The data from which the outcome follows.
-        function: "module:name".
-        arguments: Values that JSON can hold.
+    It is given as "module:name"; its arguments are values that JSON can hold.
+    The outcome follows from the key: calls that succeeded are not repeated.
 
     Raises:
         ModelFault: If the function raises one, or anything else, or ends its

@@ -89,14 +89,9 @@ def check_model_file(
 ) -> None:
     """Checks a foreign file before this process reads it.
 
-    Its text is checked; and then, once for each content, a function tries it
-    in a process of its own, as Drake may crash.
-
-    Args:
-        file: See `AddModels`.
-        packages: See `AddModels`.
-        function: "module:name"; it takes file, packages and arguments.
-        arguments: Values that JSON can hold.
+    Its text is checked; and then, once for each content, a function
+    ("module:name") tries it in a process of its own, as Drake may crash. It
+    takes file, packages (see `AddModels`) and arguments that JSON can hold.
 
     Raises:
         ModelFault: If it has a fault.
@@ -181,13 +176,8 @@ def try_model_file(
 ) -> None:
     """Reads a file as a world does, and makes a Context with its shapes.
 
-    Args:
-        filename: See `AddModels`.
-        packages: See `AddModels`.
-        is_seen: Whether there is a camera.
-
-    Raises:
-        ModelFault: If it cannot be read.
+    The arguments are those of `AddModels`, and whether there is a camera. If
+    the file cannot be read, a ModelFault says so.
     """
     scene_graph = SceneGraph()
     if is_seen:

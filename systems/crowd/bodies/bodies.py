@@ -79,13 +79,7 @@ class Bodies:
         obstacles: Obstacles,
         config: CrowdConfig,
     ) -> None:
-        """Constructs Bodies.
-
-        Args:
-            humans: The people.
-            obstacles: The walls.
-            config: The options of bodies.
-        """
+        """Constructs Bodies."""
         self.radii = np.array([human.contact_radius for human in humans])
         self.radii.setflags(write=False)
         self.sizes = np.column_stack([self.radii, wall_margins(self.radii)])
@@ -167,12 +161,7 @@ class Bodies:
     def overlaps(
         self, states: NDArray[np.float64], robots: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Returns the depths of other bodies in those of people: see `deepest`.
-
-        Args:
-            states: Shape (n, 6).
-            robots: Shape (m, 7).
-        """
+        """Returns the depths of other bodies in people's: see `deepest`."""
         depths: NDArray[np.float64] = deepest(states, self.radii, robots)
         return depths
 
@@ -186,13 +175,8 @@ class Bodies:
     ) -> None:
         """Makes derivatives of the proposed step those of the finished one.
 
-        Args:
-            derivatives: Shape (6n, 6n + 7m), by the states before and those
-                of the robots; changed in place.
-            snapshot: As for `finish`, like what follows.
-            forces: See there.
-            after: See there.
-            stances: See there.
+        They have the shape (6n, 6n + 7m), by the states before and those of the
+        robots, and change in place. The other arguments are those of `finish`.
         """
         if not self._is_on:
             return

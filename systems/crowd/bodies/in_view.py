@@ -34,12 +34,7 @@ class InView:
     """
 
     def __init__(self, obstacles: Obstacles, config: CrowdConfig) -> None:
-        """Constructs an InView.
-
-        Args:
-            obstacles: The walls.
-            config: The configuration of the crowd.
-        """
+        """Constructs an InView."""
         model = config.model
         self.time_gap, self.speed_matching = (
             getattr(model, name) if model.follows else 0.0

@@ -46,13 +46,11 @@ _TILT = 1e-12
 
 
 def wall_margins(bodies: ArrayLike) -> Array:
-    """Returns the distances that centers of bodies keep from walls, in meters.
+    """Returns the distances (n,) that centers of bodies keep from walls.
 
-    They are the radii minus 1 cm. Radii above 0.3 m, with which there are ways
-    through doors of 0.7 m, count as 0.3 m: larger people turn sideways.
-
-    Args:
-        bodies: Shape (n,), their radii, in meters.
+    They are the radii minus 1 cm, in meters. Radii above 0.3 m, with which
+    there are ways through doors of 0.7 m, count as 0.3 m: larger people turn
+    sideways.
     """
     sizes = np.minimum(np.asarray(bodies, dtype=float), LARGEST_CLEARANCE)
     margins: Array = np.maximum(sizes - LEANING, LEAST_MARGIN)

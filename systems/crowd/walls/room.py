@@ -34,15 +34,7 @@ class Room:
         *,
         margin: float = 0.0,
     ) -> None:
-        """Constructs a Room.
-
-        Args:
-            obstacles: The walls.
-            radii: Shape (n,), the radii of the people, in meters.
-            config: The options of the crowd, and the range of walls.
-            margin: The clearance of the motion model between bodies and walls,
-                in meters.
-        """
+        """Constructs a Room; `margin` is the model's wall clearance, in m."""
         walled = len(obstacles) > 0 and len(radii) > 0
         self._obstacles = obstacles
         self._radii = radii
@@ -67,10 +59,6 @@ class Room:
         Their goals are the next waypoints. People who walk elsewhere than
         their group, are separated from it, or go through a door alone are in
         no group: see `parted_groups`.
-
-        Args:
-            states: Shape (n, 6).
-            command: Shape (n, COMMAND_SIZE).
         """
         values = plain(command)
         grouped = bool((values[:, Command.GROUP_ID] >= 0).any())
@@ -104,18 +92,11 @@ class Room:
     def ease(
         self, states: Array, command: Array, parameters: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Returns the radii and the obstacle factors of people at walls.
+        """Returns the radii and obstacle factors of people at walls, (n, 2).
 
         They are their own, unless routes are planned and a person is in a
-        narrow passage: see `passages.ease`. They have no derivatives.
-
-        Args:
-            states: Shape (n, 6).
-            command: Shape (n, COMMAND_SIZE).
-            parameters: Shape (n, 13): the fields of SocialForceParameters.
-
-        Returns:
-            Shape (n, 2), in meters and m/s^2, read-only.
+        narrow passage: see `passages.ease`. They are read-only, and have no
+        derivatives.
         """
         eased = np.empty((len(self._radii), 2))
         eased[:, 0] = self._radii

@@ -103,13 +103,9 @@ class Region(NamedTuple):
 
 
 def region_around(x: float, y: float, side: float, resolution: float) -> Region:
-    """Returns a square region centered on a point, to half a cell.
+    """Returns a square region centered on a point in W, to half a cell.
 
-    Args:
-        x: The x of the point, in W, in meters.
-        y: Its y.
-        side: The side of the square, in meters.
-        resolution: The side of a cell, in meters.
+    The sides of the square and of a cell are in meters.
     """
     cells = max(1, round(side / resolution))
     half = 0.5 * cells * resolution
