@@ -1,13 +1,11 @@
 """The meanings of a tree's ports, from the docstrings of its leaves."""
 
-from collections.abc import Iterator
 import inspect
 import json
 import re
 from typing import Any
 
 from hunav_drake.systems.behavior.language.documents import Documents
-from hunav_drake.systems.behavior.language.xml_source import XmlElement
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.profiles import behavior_set
 from hunav_drake.systems.behavior.tree import Tree
@@ -60,7 +58,7 @@ def _taker(
     if tree not in documents.trees or depth > _DEEPEST:
         return None
     types = behavior_set("default").node_types()
-    for element in _elements(documents.trees[tree].element):
+    for element in documents.trees[tree].element.all():
         for name, value in element.attributes.items():
             if value != f"{{{port}}}":
                 continue
@@ -77,17 +75,11 @@ def _taker(
 
 def _part_switched(documents: Documents, tree: str, port: str) -> str:
     """Returns the part of a tree that a port can skip, or an empty text."""
-    for element in _elements(documents.trees[tree].element):
+    for element in documents.trees[tree].element.all():
         condition = element.attributes.get("_skipIf", "")
         if re.search(rf"\b{re.escape(port)}\b", condition):
             return element.attributes.get("ID", element.tag)
     return ""
-
-
-def _elements(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _elements(child)
 
 
 def _value(kind: str, text: str | None) -> Any:

@@ -174,7 +174,7 @@ def _check_shared(element: XmlElement, documents: Documents) -> None:
     tree = documents.trees.get(tree_id)
     if tree is None:
         return
-    for node in _walk(tree.element):
+    for node in tree.element.all():
         for attribute, value in node.attributes.items():
             key = reference(value, attribute, node.spot)
             if attribute == "output_key":
@@ -187,17 +187,11 @@ def _check_shared(element: XmlElement, documents: Documents) -> None:
                 )
 
 
-def _walk(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _walk(child)
-
-
 def _model(documents: Documents) -> XmlElement:
     """Returns the <TreeNodesModel> of the leaves that are used."""
     used: dict[str, set[str]] = {}
     for tree in documents.trees.values():
-        for node in _walk(tree.element):
+        for node in tree.element.all():
             if node is tree.element or node.tag in SUBTREE_TAGS:
                 continue
             node_type = NODE_TYPES.get(node_name(node))

@@ -209,6 +209,8 @@ CHANGED = numba.types.Array(numba.float64, 2, "C")  # It is written to.
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
 INTEGER = numba.int64
+# `Snapshot.as_arguments`, without the last.
+SNAPSHOT = (MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL)
 
 
 def jit_as(result, *arguments):

@@ -13,10 +13,9 @@ from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.kernels import (
-    MATRIX,
     REAL,
+    SNAPSHOT,
     VECTOR,
-    WALLS,
     jit,
     jit_as,
     reads,
@@ -113,11 +112,7 @@ def _aside(rows, state, wx, wy, wish, p):
     return p.avoidance_strength * total
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL, VECTOR),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, REAL, VECTOR)
 def anticipated_velocities(
     states,
     radii,

@@ -13,10 +13,9 @@ from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.kernels import (
-    MATRIX,
     REAL,
+    SNAPSHOT,
     VECTOR,
-    WALLS,
     jit,
     jit_as,
     reads,
@@ -79,11 +78,7 @@ def repulsion(rows, strength, length, epsilon):
     return ux, uy
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL, VECTOR),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, REAL, VECTOR)
 def collision_free_speeds(
     states,
     radii,

@@ -194,36 +194,39 @@ def draw_way(
     return Way([(x, y) for x, y in goals], sink)
 
 
-def make_person(
+def make_group(
     members: Members,
-    k: int,
-    *,
-    pose: tuple[float, float, float],
-    behavior: str,
-    speed: float,
-    body_radius: float,
+    rows: Sequence[int],
+    points: Array,
+    bodies: Bodies,
+    behaviors: Sequence[str],
     group_id: int,
     way: Way,
-) -> HumanConfig:
-    """Returns the drawn person `k` of a cohort or a source.
+) -> list[HumanConfig]:
+    """Returns drawn people of a cohort or a source who walk together.
 
-    If the person has a goal, the yaw of the pose becomes the direction of the
-    first one.
+    They walk as fast as the slowest of them. If they have a goal, they look to
+    the first one. A single person is in no group.
     """
-    x, y, yaw = pose
-    if way.goals and way.goals[0] != (x, y):
-        yaw = math.atan2(way.goals[0][1] - y, way.goals[0][0] - x)
-    return HumanConfig(
-        name=f"{members.name}_{k + 1}" if members.name else "",
-        pose=(x, y, yaw),
-        behavior=behavior,
-        desired_speed=speed,
-        radius=members.radius,
-        body_radius=body_radius,
-        group_id=group_id,
-        goals=list(way.goals),
-        cyclic=False if way.sink else members.cyclic,
-        goal_radius=members.goal_radius,
-        forces=members.forces,
-        forces_mode=members.forces_mode,
-    )
+    speed = float(bodies.speeds[rows].min())
+    people = []
+    for k, (x, y) in zip(rows, points.tolist(), strict=True):
+        yaw = float(bodies.yaws[k])
+        if way.goals and way.goals[0] != (x, y):
+            yaw = math.atan2(way.goals[0][1] - y, way.goals[0][0] - x)
+        person = HumanConfig(
+            name=f"{members.name}_{k + 1}" if members.name else "",
+            pose=(x, y, yaw),
+            behavior=behaviors[k],
+            desired_speed=speed,
+            radius=members.radius,
+            body_radius=float(bodies.radii[k]),
+            group_id=group_id if len(rows) > 1 else -1,
+            goals=list(way.goals),
+            cyclic=False if way.sink else members.cyclic,
+            goal_radius=members.goal_radius,
+            forces=members.forces,
+            forces_mode=members.forces_mode,
+        )
+        people.append(person)
+    return people

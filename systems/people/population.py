@@ -18,7 +18,7 @@ from hunav_drake.systems.people.members import (
     draw_body_values,
     draw_groups,
     draw_way,
-    make_person,
+    make_group,
 )
 from hunav_drake.systems.people.placement import Areas, Floor, draw_group
 from hunav_drake.systems.people.population_config import (
@@ -237,23 +237,11 @@ def _draw_cohort(
             raise NoRoomError("start", None, _no_room(cohort, len(people)))
         floor.add_bodies(np.column_stack([points, radii]))
         way = draw_way(cohort, goal_areas, sink_areas, streams, floor, g)
-        in_group = len(members) > 1
-        speed = float(bodies.speeds[members].min())
-        for k, (x, y) in zip(members, points.tolist(), strict=True):
-            people.append(
-                make_person(
-                    cohort,
-                    k,
-                    pose=(x, y, float(bodies.yaws[k])),
-                    behavior=behaviors[k],
-                    speed=speed,
-                    body_radius=float(bodies.radii[k]),
-                    group_id=group_id if in_group else -1,
-                    way=way,
-                )
-            )
-            ways.append(way)
-        group_id += in_group
+        people += make_group(
+            *(cohort, members, points, bodies, behaviors, group_id, way)
+        )
+        ways += [way] * len(members)
+        group_id += len(members) > 1
     return people, ways
 
 

@@ -156,3 +156,19 @@ def runs_in(x0, y0, x1, y1, walls):
         for i in range(count):
             found[i] = np.int64(numbers[order[i]])
     return found[:count]
+
+
+@jit
+def segments_in(x0, y0, x1, y1, walls):
+    """Returns the segments of the runs in a rectangle: see `runs_in`."""
+    runs = runs_in(x0, y0, x1, y1, walls)
+    count = 0
+    for run in runs:
+        count += walls.runs[run, 1] - walls.runs[run, 0]
+    segments = np.empty(count, dtype=np.int64)
+    count = 0
+    for run in runs:
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            segments[count] = s
+            count += 1
+    return segments

@@ -13,10 +13,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from hunav_drake.systems.behavior.leaves.pacing import head_for
 from hunav_drake.systems.behavior.leaves.robot_conditions import FIELD_OF_VIEW
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, is_goal_reached
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
+    Category,
     Memory,
     Node,
     NodeStatus,
@@ -102,17 +104,6 @@ def _react(context: TickContext, speed: float | None = None) -> None:
     else:
         command[Command.DESIRED_SPEED] = speed
         command[Command.MAX_SPEED] = speed
-
-
-def _head_for(
-    context: TickContext, x: float, y: float, goal_radius: float
-) -> None:
-    """Walks to a point instead of to the own goal."""
-    command = context.command
-    command[Command.GOAL_X] = x
-    command[Command.GOAL_Y] = y
-    command[Command.GOAL_RADIUS] = goal_radius
-    command[Command.HAS_GOAL] = 1.0
 
 
 def _is_robot_visible(
@@ -203,7 +194,7 @@ def _curious_nav(
         part = np.float32(distance) / np.float32(speed_distance)
         _react(context, speed * float(part))
         x, y = _single(robot[X]), _single(robot[Y])
-        _head_for(context, x, y, robot[RADIUS])
+        head_for(context, x, y, robot[RADIUS])
     return NodeStatus.SUCCESS
 
 
@@ -223,7 +214,7 @@ def _threatening_nav(
     x = _single(robot[X]) + goal_distance * sine(yaw)
     y = _single(robot[Y]) + goal_distance * cosine(yaw)
     _react(context, speed)
-    _head_for(context, _single(x), _single(y), goal_radius)
+    head_for(context, _single(x), _single(y), goal_radius)
     # Where the person looks after the step.
     context.command[Command.YAW_TARGET] = face_distance
     return NodeStatus.SUCCESS
@@ -257,26 +248,27 @@ def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
     return compose(tick, children)
 
 
-def _action(name: str, function: Callable[..., Any]) -> NodeType:
-    return make_leaf_type(name, "Action", function, {}, frozenset(IGNORED))
+def _leaf(
+    name: str, function: Callable[..., Any], category: Category = "Action"
+) -> tuple[str, NodeType]:
+    ignored = frozenset(IGNORED)
+    return name, make_leaf_type(name, category, function, {}, ignored)
 
 
 # All node types of the profile, by name.
 HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
     {
-        "IsGoalReached": make_leaf_type(
-            *("IsGoalReached", "Condition", _is_goal_reached),
-            *({}, frozenset(IGNORED)),
+        **dict(
+            [
+                _leaf("IsGoalReached", _is_goal_reached, "Condition"),
+                _leaf("IsRobotVisible", _is_robot_visible, "Condition"),
+                _leaf("UpdateGoal", _update_goal),
+                _leaf("SurprisedNav", _surprised_nav),
+                _leaf("ScaredNav", _scared_nav),
+                _leaf("CuriousNav", _curious_nav),
+                _leaf("ThreateningNav", _threatening_nav),
+            ]
         ),
-        "IsRobotVisible": make_leaf_type(
-            *("IsRobotVisible", "Condition", _is_robot_visible),
-            *({}, frozenset(IGNORED)),
-        ),
-        "UpdateGoal": _action("UpdateGoal", _update_goal),
-        "SurprisedNav": _action("SurprisedNav", _surprised_nav),
-        "ScaredNav": _action("ScaredNav", _scared_nav),
-        "CuriousNav": _action("CuriousNav", _curious_nav),
-        "ThreateningNav": _action("ThreateningNav", _threatening_nav),
         "FollowGoals": NodeType(
             "FollowGoals",
             "Decorator",

@@ -1,6 +1,5 @@
 """Reads a file of trees and the files that it includes."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 import functools
 import os
@@ -277,19 +276,13 @@ def _load_missing(documents: Documents) -> None:
         missing = {
             each.attributes.get("ID", "")
             for tree in documents.trees.values()
-            for each in _elements(tree.element)
+            for each in tree.element.all()
             if each.tag in SUBTREE_TAGS
         }.difference(documents.trees)
         found = [path for tree_id, path in known if tree_id in missing]
         if not found or found[0] in documents.read:
             return
         _read(found[0], documents)
-
-
-def _elements(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _elements(child)
 
 
 @functools.cache

@@ -1,6 +1,6 @@
 """Reads untrusted XML safely, and keeps the line numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 import functools
 from typing import Any
@@ -52,6 +52,12 @@ class XmlElement:
     def spot(self) -> Spot:
         """The element and its place, for messages."""
         return Spot(self.place, self.tag)
+
+    def all(self) -> Iterator["XmlElement"]:
+        """Yields the element and all elements in it, from the top down."""
+        yield self
+        for child in self.children:
+            yield from child.all()
 
 
 class _Builder:

@@ -15,7 +15,7 @@ from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.world.nearest import nearest_on_segments
-from hunav_drake.systems.world.walls import runs_in
+from hunav_drake.systems.world.walls import segments_in
 
 # A person nearer to a wall than this stands on it, in meters: no way is out.
 _ON_WALL = 1e-6
@@ -245,26 +245,22 @@ def _walls_near(i, before, margins, reach, walls):
     x = before[i, X]
     y = before[i, Y]
     far = margins[i] + reach[i]
-    runs = runs_in(x - far, y - far, x + far, y + far, walls)
+    near = segments_in(x - far, y - far, x + far, y + far, walls)
+    contacts = np.empty((len(near), 5))
     count = 0
-    for run in runs:
-        count += walls.runs[run, 1] - walls.runs[run, 0]
-    contacts = np.empty((count, 5))
-    count = 0
-    for run in runs:
-        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-            px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
-            distance = math.sqrt(d2)
-            if not _ON_WALL < distance < far:
-                continue
-            nx = (x - px) / distance
-            ny = (y - py) / distance
-            contacts[count, NORMAL_X] = nx
-            contacts[count, NORMAL_Y] = ny
-            contacts[count, DISTANCE] = (
-                min(margins[i], distance) + nx * px + ny * py
-            )
-            contacts[count, PERSON] = i
-            contacts[count, OTHER] = WALL
-            count += 1
+    for s in near:
+        px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+        distance = math.sqrt(d2)
+        if not _ON_WALL < distance < far:
+            continue
+        nx = (x - px) / distance
+        ny = (y - py) / distance
+        contacts[count, NORMAL_X] = nx
+        contacts[count, NORMAL_Y] = ny
+        contacts[count, DISTANCE] = (
+            min(margins[i], distance) + nx * px + ny * py
+        )
+        contacts[count, PERSON] = i
+        contacts[count, OTHER] = WALL
+        count += 1
     return contacts[:count]

@@ -24,7 +24,7 @@ from hunav_drake.systems.crowd.bodies.time_gap import DOUBT, SLIM, SOFT
 from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.ray_cast import first_hit
-from hunav_drake.systems.world.walls import opened, runs_in
+from hunav_drake.systems.world.walls import opened, segments_in
 
 # The largest distance between people who take turns, in meters.
 _SEEN = 3.5
@@ -98,21 +98,12 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
     qy = y + ahead * ey
     px = x - _BEHIND * ex
     py = y - _BEHIND * ey
-    runs = runs_in(
+    near = segments_in(
         *(min(px, qx) - need, min(py, qy) - need),
         *(max(px, qx) + need, max(py, qy) + need),
         walls,
     )
-    count = 0
-    for run in runs:
-        count += walls.runs[run, 1] - walls.runs[run, 0]
-    near = np.empty(count, np.int64)
-    count = 0
-    for run in runs:
-        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-            near[count] = s
-            count += 1
-    if count == 0:
+    if len(near) == 0:
         return math.nan, math.nan
     posts = np.empty(4)
     places = max(int(length / _SPACING) + 1, 2)

@@ -14,10 +14,9 @@ from pydantic import Field, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.kernels import (
-    MATRIX,
     REAL,
+    SNAPSHOT,
     VECTOR,
-    WALLS,
     jit,
     jit_as,
     reads,
@@ -89,11 +88,7 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
     return wanted
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL, VECTOR),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, REAL, VECTOR)
 def orca_accelerations(
     states,
     radii,

@@ -11,10 +11,14 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import (
+    COHERENCE_FORCE,
     GAZE_FORCE,
+    GOAL_FORCE,
+    GROUP_REPULSION_FORCE,
     OBSTACLE_FORCE,
     ROBOT_REPULSION_FORCE,
     SOCIAL_FORCE,
+    TOTAL_FORCE,
     VX,
     VY,
     Command,
@@ -166,7 +170,7 @@ def add_group_forces(directions, states, radii, command, parameters, forces):
         cy /= hi - lo
         for a in range(lo, hi):
             i = order[a]
-            _group_force(
+            group_force(
                 i,
                 order[lo:hi],
                 cx,
@@ -180,7 +184,7 @@ def add_group_forces(directions, states, radii, command, parameters, forces):
 
 
 @jit
-def _group_force(i, members, cx, cy, direction, states, radii, k, out):
+def group_force(i, members, cx, cy, direction, states, radii, k, out):
     """Writes the three forces of a group centered at (cx, cy) on person i."""
     x = states[i, X]
     y = states[i, Y]
@@ -214,6 +218,24 @@ def _group_force(i, members, cx, cy, direction, states, radii, k, out):
                 out[5] += dy
     out[4] *= k[K_REPULSION]
     out[5] *= k[K_REPULSION]
+
+
+@jit
+def add_up(out):
+    """Writes the total of a row of forces."""
+    for c in range(2):
+        group = (
+            out[GAZE_FORCE + c]
+            + out[COHERENCE_FORCE + c]
+            + out[GROUP_REPULSION_FORCE + c]
+        )
+        out[TOTAL_FORCE + c] = (
+            out[GOAL_FORCE + c]
+            + out[SOCIAL_FORCE + c]
+            + out[OBSTACLE_FORCE + c]
+            + group
+            + out[ROBOT_REPULSION_FORCE + c]
+        )
 
 
 @jit

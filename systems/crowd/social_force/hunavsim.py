@@ -30,17 +30,14 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
-    WALLS,
+    SNAPSHOT,
     jit,
     jit_as,
 )
 from hunav_drake.systems.common.layout import (
-    COHERENCE_FORCE,
     FORCES_SIZE,
     GAZE_FORCE,
     GOAL_FORCE,
-    GROUP_REPULSION_FORCE,
     OBSTACLE_FORCE,
     OMEGA,
     ROBOT_REPULSION_FORCE,
@@ -56,17 +53,16 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
+    add_up,
     goal_force,
+    group_force,
     point_force,
     wall_force,
     wrap,
 )
 from hunav_drake.systems.people.parameters import (
     GAMMA,
-    K_COHERENCE,
-    K_GAZE,
     K_OBSTACLE,
-    K_REPULSION,
     K_SOCIAL,
     LAMBDA,
     N_PRIME,
@@ -175,47 +171,23 @@ def _add_group_forces(i, ex, ey, states, radii, command, k, out):
     group = command[i, Command.GROUP_ID]
     if group == -1:
         return
-    x = states[i, X]
-    y = states[i, Y]
+    members = np.empty(len(states), np.int64)
+    members[0] = i
     size = 1
-    cx = x
-    cy = y
+    cx = states[i, X]
+    cy = states[i, Y]
     for j in range(len(states) - 1, -1, -1):
         if j != i and command[j, Command.GROUP_ID] == group:
+            members[size] = j
             size += 1
             cx += states[j, X]
             cy += states[j, Y]
     if size < 2:
         return
-    cx /= size
-    cy /= size
-
-    others = 1 / (size - 1)
-    dx = others * (size * cx - x) - x
-    dy = others * (size * cy - y) - y
-    along = ex * dx + ey * dy
-    # The arc cosine of more than 1, by rounding, is NaN: no force, as here.
-    if along < 0:
-        back = along / (ex * ex + ey * ey)
-        out[GAZE_FORCE] = back * ex * k[K_GAZE]
-        out[GAZE_FORCE + 1] = back * ey * k[K_GAZE]
-
-    dx = cx - x
-    dy = cy - y
-    distance = math.sqrt(dx * dx + dy * dy)
-    softened = math.tanh(distance - (size - 1) / 2) + 1
-    out[COHERENCE_FORCE] = dx * (k[K_COHERENCE] * softened / 2)
-    out[COHERENCE_FORCE + 1] = dy * (k[K_COHERENCE] * softened / 2)
-
-    for j in range(len(states) - 1, -1, -1):
-        if j != i and command[j, Command.GROUP_ID] == group:
-            dx = x - states[j, X]
-            dy = y - states[j, Y]
-            if math.sqrt(dx * dx + dy * dy) < radii[i] + radii[j]:
-                out[GROUP_REPULSION_FORCE] += dx
-                out[GROUP_REPULSION_FORCE + 1] += dy
-    out[GROUP_REPULSION_FORCE] *= k[K_REPULSION]
-    out[GROUP_REPULSION_FORCE + 1] *= k[K_REPULSION]
+    group_force(
+        *(i, members[:size], cx / size, cy / size, (ex, ey), states, radii, k),
+        out[GAZE_FORCE:ROBOT_REPULSION_FORCE],
+    )
 
 
 @jit
@@ -237,26 +209,10 @@ def _add_forces(
     _add_social_force(i, states, command[i], k, robots, out)
     _add_robot_forces(x, y, radii[i], command[i], k, robots, out)
     _add_group_forces(i, ex, ey, states, radii, command, k, out)
-    for c in range(2):
-        group = (
-            out[GAZE_FORCE + c]
-            + out[COHERENCE_FORCE + c]
-            + out[GROUP_REPULSION_FORCE + c]
-        )
-        out[TOTAL_FORCE + c] = (
-            out[GOAL_FORCE + c]
-            + out[SOCIAL_FORCE + c]
-            + out[OBSTACLE_FORCE + c]
-            + group
-            + out[ROBOT_REPULSION_FORCE + c]
-        )
+    add_up(out)
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER)
 def social_forces(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
@@ -334,11 +290,7 @@ def _look_at_robot(robots, distance, out):
             out[YAW] = wrap(yaw + turn)
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, MATRIX, REAL),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, MATRIX, REAL)
 def advance(
     states,
     radii,

@@ -15,8 +15,7 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
-    WALLS,
+    SNAPSHOT,
     jit,
     jit_as,
 )
@@ -160,11 +159,7 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     out[OMEGA, own + YAW] += (yaw_yaw - 1) / time_step
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER)
 def force_jacobian(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
@@ -190,11 +185,7 @@ def force_jacobian(
     return result
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, MATRIX, REAL),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, MATRIX, REAL)
 def step_jacobian(
     states,
     radii,

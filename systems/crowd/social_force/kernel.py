@@ -14,21 +14,16 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
-    WALLS,
+    SNAPSHOT,
     jit,
     jit_as,
 )
 from hunav_drake.systems.common.layout import (
-    COHERENCE_FORCE,
     FORCES_SIZE,
-    GAZE_FORCE,
     GOAL_FORCE,
-    GROUP_REPULSION_FORCE,
     MOTION_SIZE,
     OBSTACLE_FORCE,
     OMEGA,
-    ROBOT_REPULSION_FORCE,
     SOCIAL_FORCE,
     TOTAL_FORCE,
     VX,
@@ -41,6 +36,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
     add_robot_forces,
+    add_up,
     goal_force,
     pair_force,
     wall_force,
@@ -117,28 +113,11 @@ def _all_forces(
     if grouped:
         add_group_forces(directions, states, radii, command, parameters, forces)
     for i in range(n):
-        out = forces[i]
-        for c in range(2):
-            group = (
-                out[GAZE_FORCE + c]
-                + out[COHERENCE_FORCE + c]
-                + out[GROUP_REPULSION_FORCE + c]
-            )
-            out[TOTAL_FORCE + c] = (
-                out[GOAL_FORCE + c]
-                + out[SOCIAL_FORCE + c]
-                + out[OBSTACLE_FORCE + c]
-                + group
-                + out[ROBOT_REPULSION_FORCE + c]
-            )
+        add_up(forces[i])
     return forces
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER)
 def social_forces(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
@@ -150,11 +129,7 @@ def social_forces(
     )
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, REAL),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, REAL)
 def fast_social_forces(
     states,
     radii,

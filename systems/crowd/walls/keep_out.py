@@ -27,7 +27,7 @@ from hunav_drake.systems.world.sweep import (
     nearest_free,
     path_distance,
 )
-from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
+from hunav_drake.systems.world.walls import opened, out_of_box, segments_in
 
 # The depth to which bodies may reach into walls, in meters: they lean on them.
 LEANING = 0.01
@@ -128,20 +128,15 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
     """Returns position and velocity after a displacement along walls."""
     reach = math.sqrt(dx * dx + dy * dy) + margin
     segments = walls.segments
-    runs = runs_in(x - reach, y - reach, x + reach, y + reach, walls)
-    most = 0
-    for i in range(len(runs)):
-        most += walls.runs[runs[i], 1] - walls.runs[runs[i], 0]
-    near = np.empty(most, dtype=np.int64)
-    keep = np.empty(most)
+    near = segments_in(x - reach, y - reach, x + reach, y + reach, walls)
+    keep = np.empty(len(near))
     m = 0
-    for i in range(len(runs)):
-        for s in range(walls.runs[runs[i], 0], walls.runs[runs[i], 1]):
-            if not out_of_box(x, y, x, y, reach, segments, s):
-                near[m] = s
-                # A person who is nearer already comes no nearer.
-                keep[m] = min(margin, distance_to(x, y, segments, s))
-                m += 1
+    for s in near:
+        if not out_of_box(x, y, x, y, reach, segments, s):
+            near[m] = s
+            # A person who is nearer already comes no nearer.
+            keep[m] = min(margin, distance_to(x, y, segments, s))
+            m += 1
     normals = np.empty((m, 2))
     start_x = x
     start_y = y
