@@ -13,22 +13,22 @@ from hunav_drake.systems.people.profile import ProfileName
 _FOLDER = Path(__file__).resolve().parent
 _TREES, _HUNAVSIM_TREES = _FOLDER / "trees", _FOLDER / "hunavsim"
 
+# The behaviors of HuNavSim.
+_ORIGINAL = (
+    *("regular", "impassive", "surprised"),
+    *("scared", "curious", "threatening"),
+)
+
 # The file of each behavior that a `HumanConfig` can name.
 BEHAVIORS: Mapping[str, Path] = MappingProxyType(
     {
         name: _TREES / f"{name}.xml"
-        for name in (
-            "regular",
-            "impassive",
-            "surprised",
-            "scared",
-            "curious",
-            "threatening",
-            "distracted",
-            "cooperative",
-        )
+        for name in (*_ORIGINAL, "distracted", "cooperative")
     }
 )
+
+# The other behaviors are those of the default profile.
+_HUNAVSIM = {name: _HUNAVSIM_TREES / f"{name}.xml" for name in _ORIGINAL}
 
 
 class BehaviorSet(NamedTuple):
@@ -46,24 +46,11 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
-# HuNavSim has six behaviors; the others are those of the default profile.
-_HUNAVSIM = {
-    name: _HUNAVSIM_TREES / f"{name}.xml"
-    for name in (
-        "regular",
-        "impassive",
-        "surprised",
-        "scared",
-        "curious",
-        "threatening",
-    )
-}
-
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
         "default": BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES),
         "hunavsim": BehaviorSet(
-            MappingProxyType({**BEHAVIORS, **_HUNAVSIM}),
+            {**BEHAVIORS, **_HUNAVSIM},
             (_HUNAVSIM_TREES, _TREES),
             hunavsim_node_types,
         ),
