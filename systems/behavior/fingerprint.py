@@ -1,4 +1,4 @@
-"""The fingerprint of a tree: a hash of what it means, not of its files."""
+"""The fingerprint of a tree: a hash of its meaning, not of its files."""
 
 import hashlib
 import json

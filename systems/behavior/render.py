@@ -13,7 +13,7 @@ from hunav_drake.systems.common.files import atomic_write
 
 
 class _Look(NamedTuple):
-    """How a status is drawn: its mark, its word, and two colors."""
+    """The look of a status: its mark, its word, and two colors."""
 
     mark: str
     word: str

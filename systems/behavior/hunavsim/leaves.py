@@ -215,7 +215,7 @@ def _threatening_nav(
     y = _single(robot[Y]) + goal_distance * cosine(yaw)
     _react(context, speed)
     head_for(context, _single(x), _single(y), goal_radius)
-    # Where the person looks after the step.
+    # The range within which the person looks at the robot after the step.
     context.command[Command.YAW_TARGET] = face_distance
     return NodeStatus.SUCCESS
 

@@ -21,7 +21,7 @@ MAX_BYTES = 1_000_000
 # The attributes that Groot writes for itself.
 NOTES = ("_description", "_fullpath", "_uid")
 
-# How deeply elements, and later nodes, may be nested. Each level of a tree is
+# The deepest nesting of elements, and later of nodes. Each level of a tree is
 # a level of Python calls.
 MAX_DEPTH = 100
 

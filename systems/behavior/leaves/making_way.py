@@ -1,4 +1,4 @@
-"""How people let a robot pass: MakeWay.
+"""The action of letting a robot pass: MakeWay.
 
 The robot's way is the one ahead of it, along its heading while it stands.
 Distances are between the discs of person and robot, with the radii of their

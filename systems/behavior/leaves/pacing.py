@@ -1,4 +1,4 @@
-"""How people start, slow down and stop, as bodies can."""
+"""Starting, slowing down and stopping of people, as bodies can."""
 
 import math
 from typing import Annotated

@@ -208,7 +208,7 @@ def between(context: TickContext, clearance: float, gap: float) -> float:
 
 
 class OnWay(NamedTuple):
-    """Where a robot is relative to a person's straight line to the goal.
+    """The position of a robot relative to a person's line to the goal.
 
     Attributes:
         ahead: The distance ahead of the person, in meters.

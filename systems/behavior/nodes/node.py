@@ -261,7 +261,7 @@ def compose(
 
 BuildFunction = Callable[[Node, tuple[Built, ...]], Built]
 
-# How many children a control node may have that takes any number.
+# The numbers of children of a control node that takes any number.
 MANY = (1, 10**6)
 
 

@@ -172,7 +172,7 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
         raise taken("another leaf of the same function or class")
     if _definition(after) == _definition(before):
         return
-    # A changed cell has another file; what is typed in, a name such as <stdin>.
+    # A changed cell has another file; typed code has a name such as <stdin>.
     file = _file(before)
     typed_in = file.startswith("<") or file != _file(after)
     if before.__module__ != "__main__" or not typed_in:

@@ -21,7 +21,7 @@ from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.systems.people.population_config import AgeBand
 from hunav_drake.systems.planning.planner import PlannerStatus
 
-# How units are said in sentences, besides by their signs.
+# The words of units in sentences, besides their signs.
 WORDS = {
     "m": "meters",
     "rad": "radians",
