@@ -94,10 +94,10 @@ def curious_nav(
 ) -> NodeStatus:
     """Walks to the robot, then stands before it and looks at it.
 
-    The speed is `speed` at the distance `speed_distance`, proportional to the
-    distance elsewhere, and never above the person's own maximum. The person
-    slows down by `deceleration` at most, as early as that demands, or stops at
-    once if it is 0.
+    The person comes at `speed` at the distance `speed_distance`, elsewhere in
+    proportion to the distance, and never faster than the own maximum. It slows
+    down by `deceleration` at most, as early as that demands, or stops at once
+    if it is 0.
     """
     row = context.robot
     if row is None:
