@@ -38,9 +38,9 @@ def test_the_site_builds_without_a_warning(tmp_path):
             assert not re.match(r"(https?:)?//", address), (page, address)
     # What is made from the program is there, with its words.
     people = (tmp_path / "api" / "people.html").read_text()
-    assert "The speed that the person prefers, in m/s" in people
+    assert "Desired speed, in m/s" in people
     keys = (tmp_path / "scenario_reference.html").read_text()
     assert 'id="HumanConfig"' in keys
-    assert "The speed that the person prefers, in m/s" in keys
+    assert "Desired speed, in m/s" in keys
     vectors = (tmp_path / "api" / "layout.html").read_text()
-    assert "The y of the point to walk to, in W, in meters." in vectors
+    assert "Y of the point to walk to, in W, in meters." in vectors

@@ -1,4 +1,4 @@
-"""What people do: behavior trees, their language, and their nodes."""
+"""Behavior trees of people: their language, and their nodes."""
 
 from hunav_drake.systems.behavior.behavior_tree import BehaviorTree
 from hunav_drake.systems.behavior.fingerprint import tree_fingerprint

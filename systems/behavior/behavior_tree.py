@@ -46,26 +46,24 @@ class BehaviorTree(LeafSystem):
         - behavior_status
         - node_status
 
-    It ticks the trees of everybody, or of the k people in ``indices``. A
-    system for each person shows each tree in the diagram; one system for all
-    does the same, number for number, in a quarter of the time where there are
-    a thousand people.
+    It ticks the trees of all people, or of the k people in ``indices``. One
+    system per person shows each tree in the diagram; one system for all people
+    gives the same numbers, in a quarter of the time for a thousand people.
 
     Port ``human_states`` takes n rows (x, y, yaw, vx, vy, omega, radius) of
     all people, and ``robot_states`` m such rows of the robots, in W, in SI
     units: see `common.layout`. Without robots there is no port
     ``robot_states``.
 
-    The outputs have the k people one after the other. Port ``commands`` gives
-    k rows of what each wants, laid out as `layout.Command`. Port
+    Each output lists the k people one after the other. Port ``commands`` gives
+    k rows, the command of each person, laid out as `layout.Command`. Port
     ``behavior_status`` gives k numbers: 0 while no reaction is active, else
     the state that it is in, most often 1: see `TickContext`. Port
     ``node_status`` gives a number for each of `Tree.nodes` of each person: its
     `NodeStatus` in the tick, 1 for running, 2 for success, 3 for failure, 4
     for skipped, or 0 if it is not ticked; `EvalNodeStatus` gives those of one
     person. All belong to the present instant: they follow from the state and
-    the inputs without delay. Where nobody reads ``node_status``, it costs
-    nothing.
+    the inputs without delay. ``node_status`` costs nothing unless it is read.
 
     The discrete state holds the memories of the k trees, one after the other:
     the index of the person's goal, what the nodes remember, and the
@@ -88,15 +86,16 @@ class BehaviorTree(LeafSystem):
 
         Args:
             trees: A tree for each person that is ticked; people can share one.
-            humans: All people, in the order of ``human_states``. Those without
-                a number have that of `people_ids`.
+            humans: All people, in the order of ``human_states``. People
+                without a number get that of `people_ids`.
             indices: The rows in ``human_states`` of the people that are
                 ticked; by default, all.
-            num_robots: How many robots ``robot_states`` has.
+            num_robots: The number of robots in ``robot_states``.
             time_step: The time between two ticks, in seconds.
-            obstacles: What people cannot walk through; nothing by default.
-            sight_obstacles: What people cannot see through; by default, the
-                obstacles, however low.
+            obstacles: The obstacles that people cannot walk through; none by
+                default.
+            sight_obstacles: The obstacles that people cannot see through; by
+                default, ``obstacles``, however low.
 
         Raises:
             ValueError: If there are not as many trees as people that are
@@ -134,7 +133,7 @@ class BehaviorTree(LeafSystem):
         self._slices = _slices(map(len, memories))
         self._node_slices = _slices(len(tree.nodes) for tree in trees)
         self._ticked = list(zip(trees, self._people, self._slices, strict=True))
-        # Where each person comes among those that are ticked.
+        # The place of each person among those that are ticked.
         self._places = {row: place for place, row in enumerate(rows)}
         self._num_robots = num_robots
         self._no_robots = np.zeros(0)
@@ -223,7 +222,7 @@ class BehaviorTree(LeafSystem):
         )
 
     def get_commands_output_port(self) -> OutputPort:
-        """Returns the port with what the people want."""
+        """Returns the port with the commands of the people."""
         return self._commands
 
     def get_behavior_status_output_port(self) -> OutputPort:
@@ -278,11 +277,11 @@ class BehaviorTree(LeafSystem):
         Args:
             context: Of this system, changed.
             index: The row of the person in ``human_states``.
-            memory: What `GetMemory` gave, perhaps of another context.
+            memory: The result of `GetMemory`, perhaps of another context.
 
         Raises:
             IndexError: If this system does not tick that person.
-            ValueError: If it cannot be: see `Tree.check_memory`.
+            ValueError: If it is invalid: see `Tree.check_memory`.
         """
         place = self._Place(index)
         own = self._slices[place]
@@ -376,6 +375,6 @@ def _check_rows(rows: Sequence[int], n: int) -> None:
 
 
 def _slices(lengths: Iterator[int]) -> list[slice]:
-    """Returns where parts of some lengths are that follow one another."""
+    """Returns the slices of consecutive parts of these lengths."""
     ends = itertools.accumulate(lengths, initial=0)
     return [slice(begin, end) for begin, end in itertools.pairwise(ends)]

@@ -1,4 +1,4 @@
-"""The fingerprint of a tree: a hash of what it means, not of its files."""
+"""The fingerprint of a tree: a hash of its meaning, not of its files."""
 
 import hashlib
 import json
@@ -17,13 +17,12 @@ def tree_fingerprint(behavior: str | BehaviorConfig | Tree) -> str:
     """Returns the SHA-256 hash of a tree and all that it includes.
 
     It covers the elements of all files, the values of the ports, given or by
-    default, the leaves with their defaults, and for leaves that are not of
-    this package, which functions they are. Comments, and where the files and
-    the leaves of this package are, do not matter.
+    default, the leaves with their defaults and, for leaves from outside this
+    package, the names of their functions. Comments and the locations of files
+    and of this package's leaves have no effect.
 
     Args:
-        behavior: A tree, or what one is loaded from: as
-            `HumanConfig.behavior`.
+        behavior: A tree, or a behavior as in `HumanConfig.behavior`.
 
     Returns:
         64 hexadecimal digits.

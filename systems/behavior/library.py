@@ -58,8 +58,8 @@ def LoadTree(
 ) -> Tree:
     """Loads a behavior that comes with the package, or a tree from a file.
 
-    A file of one's own may include those of the package, as in
-    ``<include path="regular.xml"/>``, or have their trees for subtrees without
+    A user's file may include files of the package, as in
+    ``<include path="regular.xml"/>``, or use their trees as subtrees without
     including them, as in ``<SubTree ID="RegularNavTree"/>``.
 
     Args:
@@ -68,10 +68,10 @@ def LoadTree(
         ports: Values for ports of the tree: numbers, texts, booleans. The
             others have the defaults that the file declares.
         allow_outside: Whether the file may include files that are not in its
-            folder or below. A tree from elsewhere should not: it could make
-            any file be read.
-        profile: Whose behaviors and leaves are meant, also those of subtrees:
-            see `profiles.py`.
+            folder or below. Leave it False for a tree from elsewhere, which
+            could make any file be read.
+        profile: The profile whose behaviors and leaves are used, also in
+            subtrees: see `profiles.py`.
 
     Raises:
         BehaviorTreeError: If there is no such behavior or file, or at the
@@ -83,7 +83,7 @@ def LoadTree(
     name = str(name_or_path)
     path = files.get(name, Path(name_or_path))
     if path == BEHAVIORS.get(name):
-        # What the profile does not have is ours, leaves included.
+        # A behavior that the profile lacks is the default one, with its leaves.
         profile = "default"
     if not os.path.isfile(path):
         raise Spot(Place(name)).unknown("behavior or file", name, files)
@@ -106,12 +106,12 @@ def ParseTree(
 ) -> Tree:
     """Makes a tree from XML.
 
-    It may include files of the package, and have their trees for subtrees, as
-    those that `LoadTree` reads.
+    It may include files of the package and use their trees as subtrees, as
+    for `LoadTree`.
 
     Args:
         source: The XML, in the format 3 or 4 of BehaviorTree.CPP.
-        name: What stands for the source in messages.
+        name: The name of the source in messages.
         ports: Values for ports of the tree, as for `LoadTree`.
         profile: As for `LoadTree`.
 
@@ -133,7 +133,8 @@ def LoadBehavior(
 
     Args:
         behavior: As `HumanConfig.behavior`.
-        profile: Whose behaviors and leaves are meant, as of `CrowdConfig`.
+        profile: The profile whose behaviors and leaves are used, as in
+            `CrowdConfig`.
 
     Raises:
         BehaviorTreeError: If there is no such tree, or at the first fault in

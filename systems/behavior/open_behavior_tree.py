@@ -27,14 +27,14 @@ class OpenBehaviorTree(BehaviorTree):
         - behavior_status
         - node_status
 
-    All is as of a `BehaviorTree`, but for people who are outside (see
+    It differs from a `BehaviorTree` for people who are outside (see
     `layout.OUTSIDE`): their commands are to go nowhere, their other outputs
-    are 0, and their memories are as at the start. So whoever comes in begins
-    anew.
+    are 0, and their memories are as at the start, so that people who come in
+    begin anew.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
-        """Constructs an OpenBehaviorTree; all is as for a `BehaviorTree`."""
+        """Constructs an OpenBehaviorTree, like a `BehaviorTree`."""
         super().__init__(*args, **options)
         self._outcomes_outside = [
             Outcome(
@@ -48,7 +48,7 @@ class OpenBehaviorTree(BehaviorTree):
         self._rows = [person.index for person in self._people]
 
     def _AreOutside(self, states: Array) -> list[bool]:
-        """Tells of each person that is ticked whether they are outside."""
+        """Returns, for each person that is ticked, whether it is outside."""
         rows = states.reshape(-1, STATE_SIZE)[self._rows]
         result: list[bool] = np.asarray(is_outside(rows)).tolist()
         return result

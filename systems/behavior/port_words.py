@@ -1,21 +1,19 @@
-"""What the ports of a tree mean: in the words of the leaves that take them."""
+"""The meanings of a tree's ports, from the docstrings of its leaves."""
 
-from collections.abc import Iterator
 import inspect
 import json
 import re
 from typing import Any
 
 from hunav_drake.systems.behavior.language.documents import Documents
-from hunav_drake.systems.behavior.language.xml_source import XmlElement
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.profiles import behavior_set
 from hunav_drake.systems.behavior.tree import Tree
 
-# Trees in trees beyond this are not looked at for help.
+# The depth of subtrees up to which they are searched for help.
 _DEEPEST = 5
 
-# The words of ports that say nothing by themselves.
+# The JSON types of ports, by their types in XML.
 _TYPES = {
     "double": "number",
     "float": "number",
@@ -28,7 +26,7 @@ _TYPES = {
 def port_entries(tree: Tree) -> list[dict[str, Any]]:
     """Returns the ports of a tree that a scenario can set.
 
-    A port is as the first leaf that takes it: its schema has range and unit.
+    The first leaf that takes a port gives its help, range and unit.
     """
     entries = []
     for port in tree.documents.main_ports().values():
@@ -56,11 +54,11 @@ def port_entries(tree: Tree) -> list[dict[str, Any]]:
 def _taker(
     documents: Documents, tree: str, port: str, depth: int = 0
 ) -> tuple[NodeType, str] | None:
-    """Returns the first leaf that takes a port of a tree, and as which one."""
+    """Returns the first leaf that takes a tree's port, and its own port."""
     if tree not in documents.trees or depth > _DEEPEST:
         return None
     types = behavior_set("default").node_types()
-    for element in _elements(documents.trees[tree].element):
+    for element in documents.trees[tree].element.all():
         for name, value in element.attributes.items():
             if value != f"{{{port}}}":
                 continue
@@ -76,22 +74,16 @@ def _taker(
 
 
 def _part_switched(documents: Documents, tree: str, port: str) -> str:
-    """Returns the part of a tree that a port lets be skipped, or nothing."""
-    for element in _elements(documents.trees[tree].element):
+    """Returns the part of a tree that a port can skip, or an empty text."""
+    for element in documents.trees[tree].element.all():
         condition = element.attributes.get("_skipIf", "")
         if re.search(rf"\b{re.escape(port)}\b", condition):
             return element.attributes.get("ID", element.tag)
     return ""
 
 
-def _elements(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _elements(child)
-
-
 def _value(kind: str, text: str | None) -> Any:
-    """Returns the default of a port as a scenario would give it."""
+    """Returns the default of a port as a value in a scenario."""
     if text is None or kind == "string":
         return text
     try:

@@ -1,4 +1,4 @@
-"""The behaviors of each profile: which trees, and what their leaves are."""
+"""The behaviors of each profile: their trees and leaves."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -13,31 +13,31 @@ from hunav_drake.systems.people.profile import ProfileName
 _FOLDER = Path(__file__).resolve().parent
 _TREES, _HUNAVSIM_TREES = _FOLDER / "trees", _FOLDER / "hunavsim"
 
+# The behaviors of HuNavSim.
+_ORIGINAL = (
+    *("regular", "impassive", "surprised"),
+    *("scared", "curious", "threatening"),
+)
+
 # The file of each behavior that a `HumanConfig` can name.
 BEHAVIORS: Mapping[str, Path] = MappingProxyType(
     {
         name: _TREES / f"{name}.xml"
-        for name in (
-            "regular",
-            "impassive",
-            "surprised",
-            "scared",
-            "curious",
-            "threatening",
-            "distracted",
-            "cooperative",
-        )
+        for name in (*_ORIGINAL, "distracted", "cooperative")
     }
 )
 
+# The other behaviors are those of the default profile.
+_HUNAVSIM = {name: _HUNAVSIM_TREES / f"{name}.xml" for name in _ORIGINAL}
+
 
 class BehaviorSet(NamedTuple):
-    """What the words of behaviors mean.
+    """The behaviors of a profile.
 
     Attributes:
         files: The files of behaviors, by name.
-        folders: Where trees of one's own find files to include and subtrees,
-            the first one first.
+        folders: The folders in which users' trees find includes and subtrees,
+            in order of precedence.
         node_types: Returns the node types, by name.
     """
 
@@ -46,24 +46,11 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
-# HuNavSim has six of them; the others are as without a profile.
-_HUNAVSIM = {
-    name: _HUNAVSIM_TREES / f"{name}.xml"
-    for name in (
-        "regular",
-        "impassive",
-        "surprised",
-        "scared",
-        "curious",
-        "threatening",
-    )
-}
-
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
         "default": BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES),
         "hunavsim": BehaviorSet(
-            MappingProxyType({**BEHAVIORS, **_HUNAVSIM}),
+            {**BEHAVIORS, **_HUNAVSIM},
             (_HUNAVSIM_TREES, _TREES),
             hunavsim_node_types,
         ),
@@ -72,5 +59,5 @@ _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
 
 
 def behavior_set(profile: ProfileName) -> BehaviorSet:
-    """Returns the behaviors of a profile: the place where it is chosen."""
+    """Returns the behaviors of a profile, which is chosen only here."""
     return _SETS[profile]

@@ -13,7 +13,7 @@ from hunav_drake.systems.common.files import atomic_write
 
 
 class _Look(NamedTuple):
-    """How a status is drawn: its mark, its word, and two colors."""
+    """The look of a status: its mark, its word, and two colors."""
 
     mark: str
     word: str
@@ -30,7 +30,7 @@ _LOOKS = {
     NodeStatus.FAILURE: _Look("✗", "failure", "#f8cfae", "#b84a00"),
     NodeStatus.SKIPPED: _Look("↷", "skipped", "#e4e4e4", "#5f5f5f"),
 }
-# The signs that papers on behavior trees have for these nodes.
+# The signs of these nodes in papers on behavior trees.
 _SIGNS = {
     "Sequence": "→",
     "ReactiveSequence": "→",
@@ -157,8 +157,8 @@ def RenderBehaviorTree(
 
     Args:
         tree: The tree.
-        node_status: The status of each node in a tick, which colors it: what
-            `BehaviorTree.EvalNodeStatus` gives, or `Tree.trace`.
+        node_status: The status of each node in a tick, which colors it, from
+            `BehaviorTree.EvalNodeStatus` or `Tree.trace`.
 
     Raises:
         ValueError: If ``node_status`` has not one `NodeStatus` for each node.

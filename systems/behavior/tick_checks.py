@@ -27,7 +27,7 @@ _NOT_NEGATIVE = (
 _ROLES = frozenset(float(role) for role in RobotRole)
 _HOLDS = frozenset(float(hold) for hold in Hold)
 
-# What numbers are most often; others are looked at closely.
+# The usual types of numbers; others are checked in detail.
 _PLAIN = frozenset({float, int, bool, np.float64})
 
 

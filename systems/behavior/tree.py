@@ -26,8 +26,8 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
 from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
 from hunav_drake.systems.common.arrays import Array
 
-# Nodes that one tick may tick. Repeat in Repeat in Repeat ... would otherwise
-# let a small tree stop the simulation.
+# The number of nodes that one tick may tick. Repeat in Repeat in Repeat ...
+# would otherwise let a small tree stop the simulation.
 MAX_WORK = 100_000
 
 Wrapper = Callable[[Node, TickFunction], TickFunction]
@@ -38,7 +38,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         node_status: The status of the topmost node.
-        command: What the person wants to do: see `layout.Command`.
+        command: The command of the person: see `layout.Command`.
         behavior_status: 0 while no reaction is active, else the state that
             it is in: see `TickContext`.
         memory: The memory for the next tick.
@@ -78,7 +78,7 @@ class Tree:
 
     Attributes:
         name: The ID of the tree.
-        file: The file that it was read from, or what stands for it.
+        file: The file that it was read from, or its name in messages.
         root: The topmost node.
         nodes: All nodes, each before its children.
         slots: The name of each number of the memory.
@@ -105,8 +105,8 @@ class Tree:
         self._tick = _build(self.root, None).tick
         self._traced_tick = self._build_traced()
         self._initial = parsed.assembled.initial
-        # The leaves of this package write what they may; to look at it again
-        # would cost a tenth of their time.
+        # The leaves of this package write valid numbers; a check of them would
+        # cost a tenth of their time.
         self._has_foreign_leaves = not all(
             node.type.is_ours for node in self.nodes
         )
@@ -123,7 +123,7 @@ class Tree:
         return memory
 
     def describe_memory(self, person: Person, num_robots: int) -> str:
-        """Returns all that the meaning of a memory depends on, in words."""
+        """Returns a description of all that a memory's meaning depends on."""
         slots = hashlib.sha256("\n".join(self.slots).encode()).hexdigest()
         return (
             f"of tree {self.name} ({len(self.slots)} numbers, {slots[:8]}) for"
@@ -165,8 +165,8 @@ class Tree:
         """Ticks the tree once. The result depends on the arguments only.
 
         Args:
-            person: Whose tick it is.
-            memory: What the tick before gave, or `initial_memory`.
+            person: The person whose tree is ticked.
+            memory: The memory after the previous tick, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,): see `common.layout`.
 
@@ -175,7 +175,7 @@ class Tree:
                 set, or not of its port's type; if a leaf raises an error,
                 which is then the cause; or if a leaf writes an invalid
                 number: a speed below 0, or one that is not finite.
-            TypeError: If a leaf does not return what it must.
+            TypeError: If a leaf returns no valid status.
         """
         return self._run(self._tick, person, memory, human_states, robot_states)
 
@@ -191,8 +191,8 @@ class Tree:
         The arguments are those of `tick`.
 
         Returns:
-            What `tick` gives, and the last status of each of `nodes` in this
-            tick; IDLE if it was not ticked.
+            The outcome of `tick`, and the last status of each of `nodes` in
+            this tick; IDLE if it was not ticked.
 
         Raises:
             BehaviorTreeError: As `tick`.
@@ -245,7 +245,7 @@ class Tree:
         _build(self.root, wrap).tick(memory, context)
 
     def _build_traced(self) -> TickFunction:
-        """Returns the tick that writes each node's status behind the memory."""
+        """Returns the tick that stores each node's status after the memory."""
         following = len(self.slots)
         slots = {id(node): following + i for i, node in enumerate(self.nodes)}
 
@@ -264,8 +264,8 @@ class Tree:
     def Describe(self) -> str:
         """Returns the nodes of the tree and the layout of its memory.
 
-        Nodes have the indices that `nodes` and `trace` have, numbers of the
-        memory those that the discrete state of a `BehaviorTree` has.
+        The indices of the nodes are those of `nodes` and `trace`, those of the
+        memory are those of the discrete state of a `BehaviorTree`.
         """
         return describe_tree(
             f"{self.name} ({self.file})", self.nodes, self.slots, self.texts

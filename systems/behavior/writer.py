@@ -29,7 +29,7 @@ from hunav_drake.systems.behavior.tree import Tree
 
 _INDENT = "  "
 
-# What the types of ports are called in C++.
+# The C++ names of the types of ports.
 _CPP_TYPES = {float: "double", int: "int", bool: "bool", str: "std::string"}
 
 
@@ -51,8 +51,8 @@ def WriteTree(tree: Tree | Documents) -> str:
     """Returns the XML, in format 4, of a tree and of its subtrees.
 
     No file is written. The XML begins with the main tree, and ends with a
-    <TreeNodesModel>, by which Groot2 knows the leaves. Values that were given
-    for ports when the tree was loaded are not in it.
+    <TreeNodesModel>, which declares the leaves for Groot2. It does not hold
+    values that were given for ports when the tree was loaded.
 
     Args:
         tree: The tree, or the documents of one.
@@ -174,7 +174,7 @@ def _check_shared(element: XmlElement, documents: Documents) -> None:
     tree = documents.trees.get(tree_id)
     if tree is None:
         return
-    for node in _walk(tree.element):
+    for node in tree.element.all():
         for attribute, value in node.attributes.items():
             key = reference(value, attribute, node.spot)
             if attribute == "output_key":
@@ -187,17 +187,11 @@ def _check_shared(element: XmlElement, documents: Documents) -> None:
                 )
 
 
-def _walk(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _walk(child)
-
-
 def _model(documents: Documents) -> XmlElement:
     """Returns the <TreeNodesModel> of the leaves that are used."""
     used: dict[str, set[str]] = {}
     for tree in documents.trees.values():
-        for node in _walk(tree.element):
+        for node in tree.element.all():
             if node is tree.element or node.tag in SUBTREE_TAGS:
                 continue
             node_type = NODE_TYPES.get(node_name(node))
@@ -223,13 +217,13 @@ def _model(documents: Documents) -> XmlElement:
 
 
 def tree_nodes_model(node_types: Iterable[NodeType]) -> str:
-    """Returns the <TreeNodesModel> of leaves, for Groot2 to know them."""
+    """Returns the <TreeNodesModel> of leaves, for Groot2."""
     leaves = _leaves({node_type.name: () for node_type in node_types})
     return "\n".join(_lines(_element("TreeNodesModel", {}, leaves), 1))
 
 
 def _leaves(used: Mapping[str, Iterable[str]]) -> list[XmlElement]:
-    """Returns the models of leaves, with attributes that each ignores."""
+    """Returns the models of leaves, with the attributes that each ignores."""
     types = [NODE_TYPES[name] for name in used]
     types.sort(key=lambda it: (it.category, it.name))
     return [

@@ -1,1 +1,1 @@
-"""What all building blocks share."""
+"""The modules that all building blocks share."""

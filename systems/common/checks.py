@@ -1,7 +1,7 @@
 """Checks of arguments that systems share.
 
-Drake ends the process, without a word that Python could catch, on some values
-that are not finite; so nothing of the kind gets through to it.
+On some values that are not finite, Drake ends the process without an error that
+Python could catch; so such values must not reach it.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import Any
 def check_kind(
     name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], words: str
 ) -> None:
-    """Checks of what kind an argument is; a truth is never a number.
+    """Checks the type of an argument; a boolean is never a number.
 
     Raises:
         TypeError: If it is of another kind: "`name` must be `words`, got ...".
@@ -31,11 +31,11 @@ def check_number(
     low: float = 0.0,
     low_open: bool = False,
 ) -> float:
-    """Returns a number that is finite and at least `low`, or above if open.
+    """Returns a number, checked to be finite and at least, or above, `low`.
 
     Raises:
         ValueError: If it is not; the message has its name and unit.
-        TypeError: If it is no number.
+        TypeError: If it is not a number.
     """
     try:
         known = math.isfinite(value)
@@ -58,11 +58,11 @@ def check_time_step(value: float) -> float:
 
 
 def check_count(name: str, value: int) -> int:
-    """Returns a number of things, which is not negative.
+    """Returns a count, checked not to be negative.
 
     Raises:
         ValueError: If it is.
-        TypeError: If it is no whole number.
+        TypeError: If it is not a whole number.
     """
     try:
         value = operator.index(value)
@@ -76,7 +76,7 @@ def check_count(name: str, value: int) -> int:
 
 
 def is_multiple(period: float, time_step: float) -> bool:
-    """Returns whether a period is some steps long, both in seconds."""
+    """Returns whether a period is a multiple of a step, both in seconds."""
     ratio = period / time_step
     if not math.isfinite(ratio):
         return False
@@ -85,7 +85,7 @@ def is_multiple(period: float, time_step: float) -> bool:
 
 
 def nearest_multiples(period: float, time_step: float) -> str:
-    """Returns what the period may be instead, for a message."""
+    """Returns the nearest valid periods, for a message."""
     ratio = period / time_step
     if not math.isfinite(ratio):
         return "fewer steps"
@@ -95,7 +95,7 @@ def nearest_multiples(period: float, time_step: float) -> str:
 
 
 def count_steps(period: float, time_step: float) -> int:
-    """Returns how many steps a period takes, both in seconds.
+    """Returns the number of steps of a period, both in seconds.
 
     Raises:
         ValueError: If one is not positive, or the period not a multiple of

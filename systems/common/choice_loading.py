@@ -1,4 +1,4 @@
-"""What scenarios may load: whose choices are looked at, whose only named."""
+"""Limits what scenarios may load: modules of choices, or only their names."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -16,12 +16,10 @@ _not_loaded: ContextVar[tuple[Any, ...]] = ContextVar("_not_loaded", default=())
 
 @contextmanager
 def registered_only(*not_loaded: Any) -> Iterator[None]:
-    """Lets scenarios choose what is registered; no module is run for them.
+    """Lets scenarios choose only registered classes; no module is run for them.
 
-    Args:
-        not_loaded: Registers whose own modules are not loaded, either. Their
-            choices are not looked at, but for what all of them have: see
-            `UnloadedChoice`.
+    The own modules of registers that are `not_loaded` are not loaded, either.
+    Their choices are checked only for common fields: see `UnloadedChoice`.
     """
     tokens = _registered_only.set(True), _not_loaded.set(not_loaded)
     try:
@@ -32,12 +30,12 @@ def registered_only(*not_loaded: Any) -> Iterator[None]:
 
 
 def may_import(module: str) -> bool:
-    """Tells whether a choice may be named by its place in a module."""
+    """Returns whether a choice may be named by its place in a module."""
     return module in sys.modules or not _registered_only.get()
 
 
 def is_loaded(registry: Any) -> bool:
-    """Tells whether the choices of a register may be loaded."""
+    """Returns whether the choices of a register may be loaded."""
     return not any(registry is other for other in _not_loaded.get())
 
 
@@ -48,27 +46,19 @@ class UnloadedChoice:
     """
 
     def __init__(self, base: Any, data: Mapping[str, Any]) -> None:
-        """Takes a choice as data, and checks the common fields.
-
-        Args:
-            base: The class that all choices of the kind derive from.
-            data: The tag with the name, and what stands beside it.
-
-        Raises:
-            ValidationError: If a common field is outside its range.
-        """
+        """Constructs it from data, of which it checks the common fields."""
         defaults, adapter = _common(base)
         self.__dict__.update(defaults)
         self.__dict__.update(adapter.validate_python(dict(data)))
         self._data = {**defaults, **data}
 
     def __eq__(self, other: object) -> bool:
-        """Tells whether another one says the same."""
+        """Returns whether another one has equal data."""
         if not isinstance(other, UnloadedChoice):
             return NotImplemented
         return self._data == other._data
 
-    # Equal data, which may hold lists: it has no hash.
+    # It has no hash: its data may hold lists.
     __hash__ = None  # type: ignore[assignment]
 
     def as_data(self) -> dict[str, Any]:

@@ -1,8 +1,8 @@
-"""What the fields of a class mean: the strings below them, read when asked.
+"""The texts of the fields of a class: the strings below them, read on demand.
 
-A configuration says of each field what it means, and in what unit, by a string
-below it, which editors of code and the docs site show. Help at a prompt, the
-JSON schema and the pages that are made from it take their words from there.
+A configuration documents each field, with its unit, by a string below it, which
+code editors and the docs site show. Help at a prompt, the JSON schema and the
+pages that are made from it take their texts from there.
 """
 
 from collections.abc import Callable
@@ -27,9 +27,9 @@ _UNIONS = (Union, types.UnionType)
 
 
 def field_docs(cls: type[Any]) -> dict[str, str]:
-    """Returns what the fields of a class and its bases mean, in one line each.
+    """Returns the texts of the fields of a class and its bases, one line each.
 
-    A class has none where its source is not kept, as at a prompt.
+    There are none where its source is not kept, as at a prompt.
     """
     docs: dict[str, str] = {}
     for base in reversed(cls.__mro__[:-1]):
@@ -39,7 +39,7 @@ def field_docs(cls: type[Any]) -> dict[str, str]:
 
 @functools.cache
 def _own_docs(cls: type[Any]) -> dict[str, str]:
-    # Only who asks waits for it.
+    # Imported only on demand.
     import ast
 
     if cls.__module__ == "builtins":
@@ -71,10 +71,9 @@ def class_doc(cls: type[Any]) -> str:
 
 
 def explain[T: type[Any]](cls: T) -> T:
-    """Lets the help of a class tell its fields, or the members of an enum.
+    """Adds the fields, or the members of an enum, to the help of a class.
 
-    The help is put together when it is asked for: to import a configuration
-    takes no longer.
+    The help is composed on demand, so that importing takes no longer.
     """
     known: Any = cls
     text = class_doc(cls)
@@ -90,8 +89,8 @@ def explain[T: type[Any]](cls: T) -> T:
 class _Doc(str):
     """The docstring of a class, to which a section on its fields is added.
 
-    Who asks the class gets the whole. `help` asks past a metaclass, and gets
-    this text itself, of which it first expands the tabs.
+    The attribute of the class is the whole text. `help` bypasses a metaclass,
+    and gets this text itself, of which it first expands the tabs.
     """
 
     owner: type[Any]
@@ -105,7 +104,7 @@ class _Doc(str):
     def __get__(self, instance: Any, owner: type[Any]) -> str:
         docs = field_docs(owner)
         if instance is not None and isinstance(owner, EnumType):
-            # Of a member: its own.
+            # The text of a member.
             return docs.get(instance.name, "")
         is_data = dataclasses.is_dataclass(owner)
         names = (
@@ -133,7 +132,7 @@ class _Doc(str):
 
 
 class _Signature:
-    """The signature of a class, with types as one says them."""
+    """The signature of a class, with readable types."""
 
     def __init__(self, signature: Any) -> None:
         self._signature = signature

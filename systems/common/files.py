@@ -1,7 +1,7 @@
-"""Names of files, writing in one piece, and reading of packed ones to a limit.
+"""File names, atomic writing, and reading of packed files up to a limit.
 
-A packed file may be a thousand times as large unpacked, and end a program that
-reads it, or the machine. So no other module unpacks what it has not packed.
+A packed file may be a thousand times as large unpacked, and exhaust the memory.
+So no other module unpacks files that it has not packed itself.
 """
 
 from collections.abc import Iterator
@@ -21,16 +21,16 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-# How much memory may be taken by what a packed file holds, in GB.
+# The variable with the limit of memory for unpacked files, in GB.
 VARIABLE = "HUNAV_UNPACKED_GB"
 _USUAL_GB = 2.0
 
-# Once read, each byte of a table of short rows takes about so many.
+# The memory of a table of short rows, in bytes per byte of text.
 _TEXT_FACTOR = 20
 
 _DRAFT = ".{}.{}.tmp"
 
-# What no name of a file has, or what means something else to some system.
+# Parts that no file name may have, or that some system reads otherwise.
 _UNFIT = re.compile(
     r"[\\/:*?\"<>|]|^[ .-]|[ .]$"
     r"|^(con|prn|aux|nul|com\d|lpt\d)(\..*)?$",
@@ -46,7 +46,7 @@ FILE_NAME_RULE = (
 
 
 def is_file_name(text: str) -> bool:
-    """Tells whether a text may be the name of a file: see FILE_NAME_RULE."""
+    """Returns whether a text may be the name of a file: see FILE_NAME_RULE."""
     return (
         text.isprintable()
         and 0 < len(text.encode()) <= _MOST_BYTES
@@ -56,12 +56,12 @@ def is_file_name(text: str) -> bool:
 
 
 def file_name_part(text: str) -> str:
-    """Returns what is left of a text in a name of a file: plain letters."""
+    """Returns a text as a part of a file name: plain letters."""
     return re.sub(r"[^A-Za-z0-9._+-]+", "_", text)
 
 
 def as_file_name(text: str) -> str:
-    """Returns a text of at most 64 letters if it is fit, or what is left."""
+    """Returns a text if it is valid, with at most 64 letters, else a part."""
     if len(text) <= 64 and is_file_name(text):
         return text
     name = file_name_part(text).strip(".-")[:60].rstrip(".")
@@ -72,8 +72,8 @@ def as_file_name(text: str) -> str:
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
     """Opens a binary file that takes its name only when it is complete.
 
-    What had the name before stays until then, and stays for good if the block
-    raises. The folder must exist.
+    A file of that name stays until then, and for good if the block raises.
+    The folder must exist.
 
     Raises:
         OSError: If the file cannot be written; it names ``path``.
@@ -90,7 +90,7 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
     except OSError as error:
         if error.filename != str(draft):
             raise
-        # Nobody knows the draft by its name.
+        # The user does not know the name of the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         with suppress(OSError):
@@ -98,9 +98,9 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
 
 
 def remove_drafts(path: str | Path) -> None:
-    """Removes what killed writers of a file have left beside it.
+    """Removes drafts that killed writers of a file have left beside it.
 
-    Nobody may be writing it.
+    No process may be writing the file.
     """
     target = Path(path).resolve()
     name = _DRAFT.format(glob.escape(target.name), "*")
@@ -110,13 +110,13 @@ def remove_drafts(path: str | Path) -> None:
 
 
 def read_gzip_text(path: Path) -> bytes:
-    """Returns the text that a file holds, packed by gzip.
+    """Returns the text of a file packed by gzip.
 
     Raises:
         OSError: If the file cannot be read.
         ValueError: If it is not such a file, or its text would take more than
-            2 GB of memory once it is read, twenty times its size. The
-            environment variable HUNAV_UNPACKED_GB sets another limit.
+            2 GB of memory when read, twenty times its size. The environment
+            variable HUNAV_UNPACKED_GB sets another limit.
     """
     limit = _limit()
     most = limit // _TEXT_FACTOR
@@ -136,12 +136,12 @@ def read_arrays(path: str | Path, what: str) -> dict[str, NDArray[Any]]:
 
     Args:
         path: The file.
-        what: What it should be, for errors: "a recording".
+        what: Its expected content, for errors: "a recording".
 
     Raises:
         OSError: If the file cannot be read.
-        ValueError: If it is no such archive, or is damaged, or is larger than
-            2 GB unpacked, and larger than it is packed. The environment
+        ValueError: If it is not such an archive, or is damaged, or is larger
+            than 2 GB unpacked, and larger than it is packed. The environment
             variable HUNAV_UNPACKED_GB sets another limit. The text begins with
             the path.
     """
@@ -169,7 +169,7 @@ def read_arrays(path: str | Path, what: str) -> dict[str, NDArray[Any]]:
 
 
 def _limit() -> int:
-    """Returns how many bytes may be unpacked at a time."""
+    """Returns the largest number of bytes that may be unpacked at a time."""
     text = os.environ.get(VARIABLE) or str(_USUAL_GB)
     with suppress(ValueError):
         if 0 < float(text) <= 1e6:

@@ -1,11 +1,11 @@
-"""The error of input that cannot be used, for a user in a terminal."""
+"""The error of unusable input, for users in a terminal."""
 
-# The longest line of a message: what somebody wrote may be a whole file.
+# The longest line of a message: an input may be a whole file.
 _LONGEST = 2000
 
 
 def cut(text: str) -> str:
-    """Returns a message whose lines are not too long to be read."""
+    """Returns a message with lines cut to a readable length."""
     return "\n".join(
         line
         if len(line) <= _LONGEST

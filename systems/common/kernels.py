@@ -1,10 +1,10 @@
-"""How numeric kernels are compiled, and the types of their arguments.
+"""Compiles numeric kernels, and has the types of their arguments.
 
-Numba keeps what it compiles beside the source file, for as long as that file
-stays the same. It does not notice when a function that was compiled into it,
-from another file, has changed: so stale code is dropped first. Nor does it
-notice when a file was damaged, or written by two processes at a time: so each
-has a checksum here, and what is not whole is compiled anew.
+Numba keeps compiled code beside the source file, as long as that file stays the
+same. It does not notice when a function that was compiled into it, from another
+file, has changed: so stale code is dropped first. Nor does it notice when a
+file was damaged, or written by two processes at a time: so each has a checksum
+here, and damaged code is compiled anew.
 """
 
 from collections import namedtuple
@@ -34,7 +34,7 @@ _IMPORT = re.compile(rb"^ *from hunav_drake\.systems\.([\w.]+) import", re.M)
 
 
 def hash_sources(folder: Path = _FOLDER) -> str:
-    """Returns a hash of all that compiled code is made of.
+    """Returns a hash of all sources of compiled code.
 
     They are the files that compile something, and all that these import: a
     constant is compiled in like a function.
@@ -51,15 +51,9 @@ def drop_stale_kernels(
     """Deletes all compiled code if one of its sources has changed.
 
     Where nothing can be written, numba keeps its code elsewhere, in a place
-    that is named after the folder of the sources: there it is not read.
-
-    Args:
-        present: What `hash_sources` tells of the folder.
-        folder: That of the sources.
-        stamp: The file that remembers the hash.
-
-    Returns:
-        Whether the sources differ from what the file remembers.
+    that is named after the folder of the sources: there it is not read. The
+    stamp is the file that keeps the hash. Returns whether the present one, from
+    `hash_sources`, differs from it.
     """
     with contextlib.suppress(OSError):
         if stamp.read_text() == present:
@@ -73,7 +67,7 @@ def drop_stale_kernels(
 
 
 def _compiled_from(folder: Path) -> dict[Path, bytes]:
-    """Returns the files that compiled code is made of, and their texts."""
+    """Returns the sources of compiled code, and their texts."""
     found: dict[Path, bytes] = {}
     todo = [p for p in folder.rglob("*.py") if _JIT.search(p.read_bytes())]
     while todo:
@@ -88,11 +82,11 @@ def _compiled_from(folder: Path) -> dict[Path, bytes]:
 
 
 def number_functions_apart() -> None:
-    """Makes numba number what it compiles from a random number on.
+    """Makes numba number compiled functions from a random number on.
 
-    Numba tells functions of one name apart, as two kinds of `sort`, by a
+    Numba distinguishes functions of one name, as two kinds of `sort`, by a
     number, counts from 1 in each process, and keeps the numbers on disk. So
-    two processes can keep different functions by the same name. A third one
+    two processes can keep different functions under the same name. A third one
     that reads both uses the first for both, and crashes (numba issue 10486).
     """
     FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
@@ -152,7 +146,7 @@ class _KeptCode(FunctionCache):
     def load_overload(self, sig, target_context):
         try:
             return super().load_overload(sig, target_context)
-        # What is damaged may fail anywhere in the unpacking.
+        # Damaged code may fail anywhere in the unpacking.
         except Exception:
             self._tell("is damaged; it is compiled anew")
         try:
@@ -191,7 +185,7 @@ _compiled = numba.njit(error_model="numpy")
 def jit(function):
     """Compiles a function, and keeps it on disk for the next process.
 
-    Where numba finds no folder for it, each process compiles anew.
+    If numba finds no folder for it, each process compiles anew.
     """
     kernel = _compiled(function)
     with contextlib.suppress(RuntimeError):
@@ -199,8 +193,8 @@ def jit(function):
     return kernel
 
 
-# Generators are not kept on disk: numba 0.68 fails (KeyError) to compile what
-# calls one that was read from there. Only who compiles a caller needs them.
+# Generators are not kept on disk: numba 0.68 fails (KeyError) to compile the
+# callers of one that was read from there. Only these compilations need them.
 jit_generator = _compiled
 
 # Small functions that are part of what calls them need not be kept, either.
@@ -215,6 +209,8 @@ CHANGED = numba.types.Array(numba.float64, 2, "C")  # It is written to.
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
 INTEGER = numba.int64
+# `Snapshot.as_arguments`, without the last.
+SNAPSHOT = (MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL)
 
 
 def jit_as(result, *arguments):
@@ -232,7 +228,7 @@ def jit_as(result, *arguments):
 
 
 def _compiled_when_used(kernel, signature):
-    """Holds a dispatcher of numba to one signature; it is compiled later."""
+    """Restricts a dispatcher of numba to one signature, compiled later."""
     call_template = kernel.get_call_template
 
     def fix():
@@ -271,8 +267,8 @@ def _compiled_when_used(kernel, signature):
 def reads(kind):
     """Returns a compiled function that reads a NamedTuple from an array.
 
-    Kernels that Python calls take parameters as one array, for Python hands
-    over a NamedTuple of many numbers ten times slower, and know them by name.
+    Kernels that Python calls take parameters as one array, since Python passes
+    a NamedTuple of many numbers ten times slower, and use them by name.
 
     Args:
         kind: The class of the NamedTuple, or a dataclass that has such fields;
@@ -293,7 +289,7 @@ def _fields_of(config):
     """Returns a NamedTuple of the fields of a dataclass, as its `Numbers`."""
     names = [field.name for field in dataclasses.fields(config)]
     config.Numbers = namedtuple("Numbers", names, module=config.__module__)
-    # Where it is found when a kernel that takes it is read from disk.
+    # Its name for a kernel that takes it and is read from disk.
     config.Numbers.__qualname__ = f"{config.__qualname__}.Numbers"
     return config.Numbers
 
@@ -301,10 +297,10 @@ def _fields_of(config):
 def unowned(array):
     """Returns an array of an argument's numbers that counts no references.
 
-    Each time that compiled code hands an array on, it counts one more reference
-    to its memory, and later one less, which takes longer than a short loop over
-    its numbers. Views of this one need not count. They must all be gone when
-    the kernel returns: from then on, nothing keeps the memory alive.
+    Each time that compiled code passes an array on, it counts one more
+    reference to its memory, and later one less, which takes longer than a short
+    loop over its numbers. Views of this one need not count. They must all be
+    gone when the kernel returns: from then on, nothing keeps the memory alive.
     """
     return array
 

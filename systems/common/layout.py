@@ -17,42 +17,42 @@ the center expressed in W, the turn rate, and the radius of the body's disc."""
 
 STATE_SIZE = len(STATE_FIELDS)
 
-# What of it is in the state of a crowd: all but the radius.
+# The part of it in the state of a crowd: all but the radius.
 MOTION_SIZE = RADIUS
 
 OUTSIDE = 1e6
-"""Where who is not here stands, along x and y, in meters.
+"""The x and y of people who are not here, in meters.
 
 People come in at sources and leave at sinks (see `people.traffic`); vectors
-have rows for them also while they are outside, and rows of those whom a robot
+have rows for them also while they are outside, and rows of people whom a robot
 does not see. Such a row of `human_states` is at rest at (OUTSIDE, OUTSIDE),
 with yaw and radius 0: farther away than any coordinate that a scenario may
-have, so that who computes distances need not know of it, and finite, unlike
-NaN, which would spread. Only recordings have rows of NaN.
+have, so that distances need no special case, and finite, unlike NaN, which
+would spread. Only recordings have rows of NaN.
 """
 
 
 def is_outside(states: Any) -> Any:
-    """Tells who is outside, shape (...), from rows (..., 6 or 7)."""
+    """Returns who is outside, shape (...), from rows (..., 6 or 7)."""
     return states[..., X] == OUTSIDE
 
 
 @explain
 class RobotRole(IntEnum):
-    """How the robots enter the forces on a person."""
+    """The role of the robots in the forces on a person."""
 
     UNSEEN = 0
     """The robot does not act on the person."""
 
     PEDESTRIAN = 1
-    """The robot acts on the person as another person does."""
+    """The robot acts on the person like another person."""
 
     OBSTACLE = 2
-    """The robot acts on the person as a wall does."""
+    """The robot acts on the person like a wall."""
 
     UNSEEN_IN_TURN = 3
     """Unseen; and with HuNavSim's rules, the forces on the person are those
-    once the people listed after have moved."""
+    after the people listed later have moved."""
 
 
 @explain
@@ -66,57 +66,56 @@ class Hold(IntEnum):
     """Stands still: the velocity becomes zero at once."""
 
     STAY = 2
-    """Stays in place with the velocity that others see, as who stops in
-    HuNavSim does; with models of motion of our own, stands still."""
+    """Stays in place with the velocity that others see, like people who stop in
+    HuNavSim; with all other motion models, stands still."""
 
 
 @explain
 class Command(IntEnum):
-    """The elements of a `command`: what a person wants to do.
+    """The elements of a `command` to a person.
 
     The behavior tree decides them; the crowd obeys.
     """
 
     GOAL_X = 0
-    """The x of the point to walk to, in W, in meters."""
+    """X of the point to walk to, in W, in meters."""
 
     GOAL_Y = 1
-    """The y of the point to walk to, in W, in meters."""
+    """Y of the point to walk to, in W, in meters."""
 
     GOAL_RADIUS = 2
-    """The distance at which that point counts as reached, in meters."""
+    """Distance at which that point counts as reached, in meters."""
 
     HAS_GOAL = 3
     """1 if there is a goal; 0 lets the person come to rest."""
 
     DESIRED_SPEED = 4
-    """The speed that the person prefers, in m/s."""
+    """Desired speed, in m/s."""
 
     MAX_SPEED = 5
-    """The speed never exceeded, in m/s."""
+    """Speed limit, in m/s."""
 
     ROBOT_ROLE = 6
-    """How the robots enter the forces: a RobotRole."""
+    """Role of the robots in the forces: a RobotRole."""
 
     ROBOT_REPULSION = 7
-    """The gain k of an extra push away from the nearest robot, in m^2/s^2: k /
+    """Gain k of an extra push away from the nearest robot, in m^2/s^2: k /
     max(d - R, 0.05 m) at center distance d, for a person of radius R."""
 
     HOLD = 8
     """Whether the person walks: a Hold."""
 
     TURN_RATE = 9
-    """The largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
+    """Largest turn rate towards YAW_TARGET, in rad/s; 0 leaves the yaw to
     follow the velocity."""
 
     YAW_TARGET = 10
-    """The heading to turn to, in W, in radians. Without a turn rate, and
-    UNSEEN_IN_TURN: at most so many meters from a robot after the step, the
-    person looks at it at once."""
+    """Heading to turn to, in W, in radians. With a turn rate of 0 and the role
+    UNSEEN_IN_TURN, it is a distance in meters instead: within it of a robot
+    after the step, the person looks at that robot at once."""
 
     GROUP_ID = 11
-    """The group that the person belongs to now, or -1: see `group_id` of
-    HumanConfig."""
+    """Present group of the person, or -1: see `group_id` of HumanConfig."""
 
 
 COMMAND_SIZE = len(Command)
@@ -134,18 +133,18 @@ FORCES = (
 """The accelerations in a row of `forces`, each a pair (x, y) in W, in m/s^2.
 
 - `goal`: towards the desired velocity.
-- `obstacle`: from walls, and from robots taken for obstacles.
-- `social`: from other people, and from robots taken for people.
-- `group_gaze`: slower, to keep the others of the group in view.
+- `obstacle`: from walls, and from robots in that role.
+- `social`: from other people, and from robots that are pedestrians.
+- `group_gaze`: deceleration that keeps the others of the group in view.
 - `group_coherence`: to the middle of the group.
 - `group_repulsion`: from others of the group who are too near.
-- `robot_repulsion`: from the nearest robot, where the behavior asks for it.
+- `robot_repulsion`: from the nearest robot, if the behavior demands it.
 - `total`: the sum, which moves the person.
 """
 
 FORCES_SIZE = 2 * len(FORCES)
 
-# Where the pair of each begins, in a row.
+# The index of each pair in a row.
 (
     GOAL_FORCE,
     OBSTACLE_FORCE,
@@ -159,9 +158,9 @@ FORCES_SIZE = 2 * len(FORCES)
 
 
 TOUCH_SIZE = 2
-"""A row of `robot_touches` is (depth, speed), in meters and m/s: how deep a
-robot and a person would be in each other at the end of the step that begins
-now if they were not kept apart, and how fast the person comes nearer."""
+"""A row of `robot_touches` is (depth, speed), in meters and m/s: the depth of a
+robot and a person in each other at the end of the step that begins now if they
+were not kept apart, and the speed at which the person approaches."""
 
 
 @explain
@@ -169,45 +168,45 @@ class Contact(IntEnum):
     """The elements of a row of `contacts`: the robot and one person.
 
     A contact begins when they touch, or would if they were not kept apart, and
-    is over once they have not, and were `CONTACT_GAP` apart, for
-    `CONTACT_PAUSE`. All but the first three stay as
-    they are until the next one.
+    ends once they have not, and were `CONTACT_GAP` apart, for `CONTACT_PAUSE`.
+    All but the first three elements keep their values until the next contact.
     """
 
     LASTS = 0
     """1 while a contact lasts, else 0."""
 
     FORCE_X = 1
-    """The force on the robot along x of W now, in newtons: the mean over the
-    last step of what computes it; 0 where forces are not computed."""
+    """Present force on the robot along x of W, in newtons: the mean over the
+    last step of the system that computes it; 0 where forces are not
+    computed."""
 
     FORCE_Y = 2
-    """The force on the robot along y of W now, in newtons; as above."""
+    """Present force on the robot along y of W, in newtons; as above."""
 
     PEAK_FORCE = 3
-    """The largest horizontal force in this contact, or in the last one, in
-    newtons; in what an evaluator records, the largest in any contact that has
-    lasted since the recording began."""
+    """Largest horizontal force in this contact, or in the last one, in newtons;
+    in the records of an evaluator, the largest in any contact that has lasted
+    since the recording began."""
 
     IMPULSE = 4
-    """The magnitude of the force, integrated from the start of the trial, in N
-    s."""
+    """Magnitude of the force, integrated from the start of the trial, in N s.
+    """
 
     RELATIVE_SPEED = 5
-    """How fast the two closed in on each other where this contact, or the last
-    one, began, in m/s."""
+    """Closing speed of the two at the begin of this contact, or of the last
+    one, in m/s."""
 
     BY_ROBOT = 6
-    """How many contacts have begun in which the robot ran into the person."""
+    """Number of contacts that the robot began by running into the person."""
 
     BY_PERSON = 7
-    """How many contacts have begun in which the person ran into the robot."""
+    """Number of contacts that the person began by running into the robot."""
 
 
 CONTACT_SIZE = len(Contact)
 
 CONTACT_PAUSE = 0.25
-"""How long two must have been apart for a contact to be over, in seconds."""
+"""The time apart after which a contact is over, in seconds."""
 
 CONTACT_GAP = 0.02
-"""How far apart, from the robot's disc to the person's body, in meters."""
+"""The least gap to be apart, from robot's disc to person's body, in meters."""

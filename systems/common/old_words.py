@@ -1,4 +1,4 @@
-"""The words that named a choice before `type`: read for one version more."""
+"""The keys that named a choice before `type`: read for one version more."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -8,7 +8,7 @@ import warnings
 # The key that names a choice.
 TAG = "type"
 
-# What was that key, by kind of choice.
+# The old names of that key, by kind of choice.
 OLD_TAGS: Mapping[str, str] = MappingProxyType(
     {
         "planner": "name",
@@ -22,7 +22,7 @@ OLD_TAGS: Mapping[str, str] = MappingProxyType(
 
 
 def old_tag(kind: str, data: Any) -> str | None:
-    """Returns the old word by which data name a choice; None if by none."""
+    """Returns the old key by which data name a choice; None if by none."""
     old = OLD_TAGS.get(kind)
     if not isinstance(data, Mapping) or TAG in data or old not in data:
         return None
@@ -30,7 +30,7 @@ def old_tag(kind: str, data: Any) -> str | None:
 
 
 def with_tag(kind: str, data: Any) -> Any:
-    """Returns data of a choice with the new word; warns if it had the old."""
+    """Returns data of a choice with the new key; warns if it had the old."""
     old = old_tag(kind, data)
     if old is None:
         return data
@@ -40,7 +40,7 @@ def with_tag(kind: str, data: Any) -> Any:
 
 
 def twice(kind: str, data: Mapping[Any, Any]) -> str:
-    """Returns why an old word beside the new one is wrong; empty if none is."""
+    """Returns the fault of an old key beside the new one; empty if none."""
     old = OLD_TAGS.get(kind)
     if old not in data or TAG not in data:
         return ""

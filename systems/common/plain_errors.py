@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a value, in this project's words."""
+"""The errors of pydantic, in this project's words."""
 
 from collections.abc import Mapping
 import dataclasses
@@ -66,9 +66,9 @@ def _is_huge(value: Any) -> bool:
 
 
 def plain_errors[T: type[Any]](cls: T) -> T:
-    """Lets a dataclass of pydantic tell in one line why it cannot be made.
+    """Makes a pydantic dataclass report invalid arguments in one line.
 
-    Its help tells its fields, too: see `explain`. As part of another one, which
+    Its help lists its fields, too: see `explain`. As part of another one, which
     is made of plain data, it is checked as before.
     """
     construct = cls.__init__

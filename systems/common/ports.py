@@ -1,4 +1,4 @@
-"""Helpers that declare, find and check ports, and what they call."""
+"""Helpers that declare, find and check ports, and weak callbacks."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,7 +22,7 @@ def DeclareRobotStates(system: Any, num_robots: int) -> InputPort | None:
 
 
 def RobotStatesOf(port: InputPort, context: Context) -> Any:
-    """Returns what a port of `DeclareRobotStates` takes, not to be written to.
+    """Returns the value of a port of `DeclareRobotStates`, not to be changed.
 
     Raises:
         RuntimeError: If nothing is connected to it.
@@ -43,11 +43,11 @@ def RobotStatesOf(port: InputPort, context: Context) -> Any:
 def RequirePort(
     system: Any, port: InputPort | None, name: str, made_with: str
 ) -> InputPort:
-    """Returns a port that a system has.
+    """Returns a port, checked to exist.
 
     Raises:
-        ValueError: If it was made without, by an argument of its constructor
-            such as "num_robots=0".
+        ValueError: If the system was made without it, by an argument of its
+            constructor such as "num_robots=0".
     """
     if port is None:
         raise ValueError(
@@ -68,12 +68,12 @@ def CheckPorts(
 
     Args:
         system: A LeafSystem or a Diagram.
-        what: What it is, for the message.
+        what: Its name in the message.
         inputs: The size of each input port by its name.
         outputs: The size of each output port; None for an abstract one.
 
     Raises:
-        TypeError: If it is no system, or if ports are missing or of another
+        TypeError: If it is not a system, or if ports are missing or of another
             size. The message names them all.
     """
     if not isinstance(system, System):

@@ -32,10 +32,10 @@ def is_at_goal[Value: (float, Array)](
     tolerance: float,
     yaw_tolerance: float,
 ) -> bool | Mask:
-    """Tells whether, or where, a robot is at its goal.
+    """Returns whether, or where, a robot is at its goal.
 
-    It is if it is closer than the tolerance, in meters, and turned from the
-    goal's heading by the yaw tolerance at most, in radians. The pose (x, y,
+    There, it is closer to the goal than the tolerance, in meters, and its
+    heading differs by at most the yaw tolerance, in radians. The pose (x, y,
     yaw) may be of arrays of one shape.
     """
     x, y, yaw = pose

@@ -1,7 +1,7 @@
 """Random numbers that belong to a person and a purpose.
 
-A draw is a function of what it is for, not of what was drawn before: nobody
-else's draws change when a person is added or removed.
+A draw is a function of its purpose, not of previous draws: adding or removing a
+person does not change the draws of others.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ _HALF = 2**32
 
 
 class Purpose(IntEnum):
-    """What a draw is for; each has numbers of its own."""
+    """The purpose of a draw; each has numbers of its own."""
 
     START_JITTER = 1
     WEIGHTS_NORMAL = 2
@@ -37,7 +37,7 @@ class Purpose(IntEnum):
 
 
 def check_seed(seed: int) -> int:
-    """Returns a seed, which is a whole number in [0, 2^63).
+    """Returns a seed, checked to be a whole number in [0, 2^63).
 
     Raises:
         ValueError: If it is not.
@@ -77,9 +77,9 @@ def draw_normal(
 ) -> Array:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
-    What is drawn again and again, as the noise of a sensor, has streams of its
-    own for each step, a whole number from 0. All else is as for
-    `draw_uniform`; things that are no people have numbers for ids, too.
+    Repeated draws, as the noise of a sensor, have streams of their own for each
+    step, a whole number from 0. All else is as for `draw_uniform`; things other
+    than people have numbers for ids, too.
     """
     streams = _streams(seed, human_ids, purpose, step)
     return np.array(
@@ -91,7 +91,7 @@ def _streams(
     seed: int, human_ids: Sequence[int], purpose: Purpose, step: int = 0
 ) -> Iterator[np.random.Generator]:
     """Yields, for each person, a generator at the start of their stream."""
-    # One generator is moved from stream to stream: to make one takes ten times
+    # One generator is moved from stream to stream: making one takes ten times
     # as long.
     bits = np.random.Philox(
         key=[check_seed(seed), 0], counter=[0, 0, int(purpose), step]

@@ -1,4 +1,4 @@
-"""Registers of choices: dataclasses told apart by one key.
+"""Registers of choices: dataclasses distinguished by one key.
 
 A planner, a motion model, a robot or the shape of a wall is a choice. Its
 class is a dataclass of its parameters, known by a name. As data it is a
@@ -35,8 +35,8 @@ class Registry(Mapping[str, type[Any]]):
 
     As a part of an annotation, ``Annotated[Base, REGISTRY]``, it is the type
     of a field of a pydantic dataclass: the field takes a choice, its name, or
-    a mapping with a `type`. What is registered is looked up each time, so users
-    may add choices later.
+    a mapping with a `type`. Choices are looked up each time, so that users may
+    add some later.
     """
 
     def __init__(
@@ -45,10 +45,10 @@ class Registry(Mapping[str, type[Any]]):
         """Constructs a Registry that is empty.
 
         Args:
-            kind: What the choices are called in messages.
+            kind: The name of the choices in messages.
             base: The class that all choices derive from.
-            default: What is meant by a mapping without a `type`; by default,
-                there must be one.
+            default: The `type` of a mapping without one; by default, a mapping
+                must have one.
             home: The module that registers the choices of the package, loaded
                 when it is needed.
         """
@@ -78,16 +78,16 @@ class Registry(Mapping[str, type[Any]]):
         return len(self._loaded())
 
     def register[T](self, name: str) -> Callable[[type[T]], type[T]]:
-        """Returns a decorator that makes a choice known by a name.
+        """Returns a decorator that registers a choice by a name.
 
         A choice replaces one that was defined in the same place, as when a
         cell of a notebook is run again.
 
         Raises:
             ValueError: If the name, or the class, is registered already.
-            TypeError: If it is no dataclass itself, does not derive from the
-                base class, lacks one of its methods, or gives a parameter of
-                its base another default without a type.
+            TypeError: If it is not itself a dataclass, does not derive from
+                the base class, lacks one of its methods, or sets another
+                default of a parameter of its base without a type.
         """
         if not isinstance(name, str) or not name:
             raise ValueError(
@@ -96,7 +96,7 @@ class Registry(Mapping[str, type[Any]]):
 
         def add(choice: type[T]) -> type[T]:
             self._check(choice)
-            # So that nobody takes a name of the package before it is loaded.
+            # Nobody may take a name of the package before it is loaded.
             at_home = choice.__module__.startswith("hunav_drake.")
             known = self._choices if at_home else self._loaded()
             old = known.get(name)
@@ -131,7 +131,7 @@ class Registry(Mapping[str, type[Any]]):
         return self._adapter.validate_python({} if data is None else data)
 
     def find(self, data: Any) -> type[Any] | None:
-        """Returns the class that data choose; None if there is no such."""
+        """Returns the class that data choose; None if there is none."""
         if isinstance(data, Mapping):
             old = OLD_TAGS.get(self.kind)
             data = data.get(TAG, data.get(old, self.default))
@@ -153,7 +153,7 @@ class Registry(Mapping[str, type[Any]]):
         if not is_loaded(self):
             return {"x-deferred": True}
         names, forms = [], []
-        # Those that are named by their place are any.
+        # Places in modules are any.
         place = {"type": "string", "pattern": r"^[^:]+:[^:]+$"}
         for name in sorted(self):
             if ":" in name:
@@ -226,7 +226,7 @@ class Registry(Mapping[str, type[Any]]):
                 )
 
     def _validate(self, value: Any) -> Any:
-        """Makes a choice of data, for pydantic."""
+        """Makes a choice from data, for pydantic."""
         if isinstance(value, self._base) and not isinstance(value, type):
             if known_name(value) is None:
                 raise PydanticCustomError(
@@ -256,7 +256,7 @@ class Registry(Mapping[str, type[Any]]):
             return UnloadedChoice(self._base, {TAG: name, **parameters})
         choice: Any = self._select(value)
         result = _adapter(choice).validate_python(parameters)
-        # Users' dataclasses may ignore what they do not know.
+        # Users' dataclasses may ignore unknown parameters.
         fields = {field.name for field in dataclasses.fields(choice)}
         self._raise_at(
             "unexpected_keyword_argument",
@@ -301,8 +301,7 @@ class Registry(Mapping[str, type[Any]]):
     def _named(self, name: str) -> type[Any] | None:
         """Returns the class of a name, or of a place ``module:Class``.
 
-        Raises:
-            _NoChoiceError: If there is no such place, or no choice there.
+        A _NoChoiceError says that there is no such place, or no choice there.
         """
         known = self._loaded().get(name)
         module, colon, place = name.partition(":")
@@ -351,11 +350,7 @@ class _NoChoiceError(Exception):
 
 
 def _check_parameters(choice: Any, base: Any, name: str) -> None:
-    """Checks that a method can be called like that of the base.
-
-    Raises:
-        TypeError: If it cannot.
-    """
+    """Checks that a method can be called like that of the base."""
     own, wanted = getattr(choice, name), getattr(base, name)
     if not (inspect.isfunction(own) and inspect.isfunction(wanted)):
         return

@@ -1,8 +1,8 @@
-"""What all configuration dataclasses share: strict types, ranges with units.
+"""The strict types, and ranges with units, of all configuration dataclasses.
 
 A configuration is a pydantic dataclass, so that a value is checked where it
 is given, in Python as in a scenario file, by the same rule and with the same
-words.
+message.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 @dataclasses.dataclass(frozen=True)
 class _Within:
-    """The rule of `within`, which a JSON schema tells too."""
+    """The rule of `within`, which is also in the JSON schema."""
 
     low: float
     high: float
@@ -79,15 +79,15 @@ def within(
 ) -> Any:
     """Returns the rule that a number lies in [low, high], or (low, high].
 
-    Without an upper bound the number is finite still. The unit is for the
-    message, and the rule stands beside the type in an `Annotated`.
+    Without an upper bound, the number must still be finite. The unit is for
+    the message; the rule stands beside the type in an `Annotated`.
     """
     return _Within(low, high, unit, low_open)
 
 
 @dataclasses.dataclass(frozen=True)
 class Labels:
-    """What the numbers of a tuple are called; a JSON schema tells it."""
+    """The names of the numbers of a tuple, also in the JSON schema."""
 
     names: tuple[str, ...]
 
@@ -103,7 +103,7 @@ def _as_list(value: Any) -> Any:
 
 
 def as_tuple(value: Any) -> Any:
-    """Takes any sequence of numbers for a tuple: lists, tuples, arrays."""
+    """Makes a tuple of any sequence of numbers: lists, tuples, arrays."""
     value = _as_list(value)
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
         return tuple(value)
@@ -111,7 +111,7 @@ def as_tuple(value: Any) -> Any:
 
 
 def _as_int(value: Any) -> Any:
-    """Takes NumPy's integers for integers; they are drawn from generators."""
+    """Makes integers of NumPy's integers, which generators draw."""
     if isinstance(value, Integral) and not isinstance(value, bool):
         return int(value)
     return value
@@ -123,7 +123,7 @@ def fault(rule: str) -> PydanticCustomError:
 
 
 def one_line(value: str) -> str:
-    """Returns a text that can be shown in a terminal, in a line of its own.
+    """Returns a text, checked to fit in one line of a terminal.
 
     Raises:
         ValueError: If it has line breaks or control characters.
@@ -146,10 +146,10 @@ FilePath = Annotated[
 ]
 Integer = Annotated[StrictInt, BeforeValidator(_as_int)]
 Name = Annotated[StrictStr, Field(max_length=64), AfterValidator(one_line)]
-# A name that files and folders of results are called by.
+# The name of a file or folder of results.
 FileName = Annotated[Name, AfterValidator(_file_name)]
 
-# Coordinates of a point in W, in meters: beyond, the forces, which hang on
+# Coordinates of a point in W, in meters: beyond, the forces, which depend on
 # differences of positions, would lose digits.
 MAX_COORDINATE = 1e5
 Coordinate = Annotated[

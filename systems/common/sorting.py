@@ -1,27 +1,21 @@
-"""The order of numbers, compiled by numba.
+"""Sorting of numbers, compiled by numba.
 
-That of NumPy takes seconds to compile wherever it is used.
+NumPy's takes seconds to compile wherever it is used.
 """
 
 import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
 
-# Up to so many numbers are sorted one by one, before they are merged.
+# Runs of this length are sorted one by one, before they are merged.
 _RUN = 16
 
 
 @jit
 def stable_order(values):
-    """Returns where some numbers stand, from the smallest to the largest.
+    """Returns the indices of numbers (n,) from the smallest to the largest.
 
-    Equal ones keep their order. None may be NaN.
-
-    Args:
-        values: Shape (n,), contiguous.
-
-    Returns:
-        Shape (n,), of indices.
+    Equal ones keep their order. The array is contiguous, none is NaN.
     """
     n = len(values)
     order = np.empty(n, np.int64)
@@ -57,18 +51,10 @@ def stable_order(values):
 
 @jit
 def heap_between(low, high, keys, heap):
-    """Makes a heap of the places whose keys are in [low, high).
+    """Makes a heap of the indices of keys (n,) in [low, high).
 
-    A few of many places are found so in less time than all are sorted.
-
-    Args:
-        low: The least key that counts.
-        high: Those from here on do not.
-        keys: Shape (n,).
-        heap: Shape (n,), of integers; the places are written to its start.
-
-    Returns:
-        How many places are in the heap.
+    A few of many indices are found faster than by sorting all. They are written
+    to the start of `heap` (n,), of integers; returns their number.
     """
     count = 0
     for i in range(len(keys)):
@@ -82,9 +68,9 @@ def heap_between(low, high, keys, heap):
 
 @jit
 def pop_least(keys, heap, count):
-    """Takes the place with the least key from a heap of `count` places.
+    """Takes the index with the least key from a heap of `count` indices.
 
-    Of equal keys, the least place comes first.
+    Of equal keys, the least index comes first.
     """
     least = heap[0]
     heap[0] = heap[count - 1]
@@ -94,7 +80,7 @@ def pop_least(keys, heap, count):
 
 @jit
 def _sink(keys, heap, at, count):
-    """Brings the place at `at` down to where it belongs in a heap."""
+    """Moves the index at `at` down to its place in a heap."""
     place = heap[at]
     while 2 * at + 1 < count:
         child = 2 * at + 1

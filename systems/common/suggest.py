@@ -1,25 +1,25 @@
-"""Words for messages: what somebody wrote, and what may have been meant."""
+"""Texts for messages: values as given, and suggestions of valid words."""
 
 from collections.abc import Iterable, Sequence
 import difflib
 import functools
 from typing import Any
 
-# A part of a valid word counts if it has more letters, and is as alike as this.
+# A part of a valid word counts if it has more letters, and is this similar.
 _LEAST_PART, _PART = 3, 0.8
 
-# More valid words than these are not all shown.
+# The largest number of valid words that are shown.
 _MOST_SHOWN = 24
 
 
 def nearest(word: str, valid: Iterable[str], cutoff: float = 0.6) -> str | None:
     """Returns the valid word nearest to a word, if one is near.
 
-    Case does not matter. Where no word is near, one that has a part like it
-    is: `jerk` is near to `avg_robot_jerk`. The cutoff, from 0 to 1, is how
-    alike whole words must be.
+    Case is ignored. If no word is near, a word with a similar part is: `jerk`
+    is near to `avg_robot_jerk`. The cutoff, from 0 to 1, is the least
+    similarity of whole words.
     """
-    # No valid word is long; comparing with a long one would take its time.
+    # Valid words are short; comparing with a long one would take time.
     return _nearest(word[:64].lower(), tuple(valid), cutoff)
 
 
@@ -66,7 +66,7 @@ def shown(value: Any) -> str:
 def suggestion(word: str, valid: Sequence[str]) -> str:
     """Returns the nearest valid word, or all of them, for a message.
 
-    Of many, it is those that come first.
+    If there are many, it lists the first ones.
     """
     if near := nearest(word, valid):
         return f"did you mean {shown(near)}?"

@@ -1,4 +1,4 @@
-"""What models of motion that choose velocities, or give forces, share."""
+"""Functions that motion models of velocities or of forces share."""
 
 from collections.abc import Callable
 import dataclasses
@@ -13,13 +13,13 @@ from hunav_drake.systems.crowd.social_force import kernel
 
 
 def advance_people(snapshot: Snapshot, forces: NDArray[Any]) -> Array:
-    """Returns where forces bring people in one step, if they obey.
+    """Returns the states of people after one step under forces.
 
-    They keep the speed limit, stand still and turn as their commands say: see
-    `layout.Command`. A model of motion may have this for its ``advance``.
+    Their commands give speed limits, standing still and turns: see
+    `layout.Command`. A motion model may use this as its ``advance``.
 
     Args:
-        snapshot: How things stand.
+        snapshot: The present state of the world.
         forces: Shape (n, FORCES_SIZE): see `layout.FORCES`; the total counts.
 
     Returns:
@@ -37,25 +37,13 @@ def advance_people(snapshot: Snapshot, forces: NDArray[Any]) -> Array:
 def chosen_accelerations(
     kernel: Callable[..., NDArray[np.float64]], snapshot: Snapshot, model: Any
 ) -> NDArray[np.float64]:
-    """Returns what the kernel of a model that chooses velocities gives.
+    """Returns the accelerations that the kernel of a velocity model gives.
 
-    Args:
-        kernel: Takes a snapshot part by part, and the fields of the model.
-        snapshot: How things stand.
-        model: A dataclass of numbers.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    It takes a snapshot part by part, and the fields of the model, which are
+    numbers. The shape is (n, FORCES_SIZE), in m/s^2: the total, and zeros.
     """
     return kernel(
-        snapshot.states,
-        snapshot.radii,
-        snapshot.command,
-        snapshot.parameters,
-        snapshot.robots,
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
+        *snapshot.as_arguments[:-1],
         snapshot.time_step,
         np.array(dataclasses.astuple(model), dtype=float),
     )

@@ -1,4 +1,4 @@
-"""The anticipation velocity model: people avoid where others will be.
+"""The anticipation velocity model: people avoid predicted positions.
 
 Xu, Chraibi & Seyfried 2021, "Anticipation in a velocity-based model for
 pedestrian dynamics", Transportation Research Part C 133.
@@ -13,10 +13,9 @@ from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.kernels import (
-    MATRIX,
     REAL,
+    SNAPSHOT,
     VECTOR,
-    WALLS,
     jit,
     jit_as,
     reads,
@@ -63,18 +62,12 @@ from hunav_drake.systems.world.walls import opened
 
 @jit
 def _aside(rows, state, wx, wy, wish, p):
-    """Returns how far people step to the right for others, or the left.
+    """Returns the sidestep of a person for others: right, or negative left.
 
-    Args:
-        rows: What a person sees: see `look_around`.
-        state: That of the person.
-        wx: The x of the direction wanted, of length one.
-        wy: Its y.
-        wish: The speed wanted, in m/s.
-        p: The fields of AnticipationVelocityModel.
-
-    Returns:
-        The sum over the others, in lengths of the direction wanted.
+    `rows` are the surroundings of the person (see `look_around`), (wx, wy) is
+    the desired direction, a unit vector, `wish` the desired speed, in m/s, and
+    `p` has the fields of AnticipationVelocityModel. The result is the sum over
+    the others, in lengths of the desired direction.
     """
     total = 0.0
     ex, ey = direction_of(state, wx, wy)
@@ -91,15 +84,15 @@ def _aside(rows, state, wx, wy, wish, p):
         closing += (state[VY] - row[THEIR_VY]) * ny
         gap = distance - row[TOUCH]
         left = max(gap - p.anticipation_time * closing, 0.0)
-        # Who is held up looks ahead as at the speed wanted.
+        # A person who is held up looks ahead as at the desired speed.
         closing = wish * (wx * nx + wy * ny)
         closing -= row[THEIR_VX] * nx + row[THEIR_VY] * ny
         held = max(gap - p.anticipation_time * closing, 0.0)
-        # 0 for who wants to go the same way, 1 for who wants the opposite.
+        # 0 for others with the same desired direction, 1 for the opposite.
         along = wx * row[WISH_X] + wy * row[WISH_Y]
         against = min(max(0.5 - 0.5 * along / wish, 0.0), 1.0)
         against = max(against - p.same_way, 0.0) / (1 - p.same_way)
-        # 1 for who wants to be much slower, on much the same way.
+        # 1 for others with a much lower desired speed on a similar way.
         slower = 1 - math.hypot(row[WISH_X], row[WISH_Y]) / wish
         slower = min(p.overtaking * max(slower, 0.0), 1.0) * (1 - against)
         beside = 0.0
@@ -119,11 +112,7 @@ def _aside(rows, state, wx, wy, wish, p):
     return p.avoidance_strength * total
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL, VECTOR),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, REAL, VECTOR)
 def anticipated_velocities(
     states,
     radii,
@@ -138,20 +127,9 @@ def anticipated_velocities(
 ):
     """Returns the accelerations to the velocities that n people choose.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
-        table: `Obstacles.table`.
-        sight: Walls farther than this do not count, in meters.
-        step: The time step, in seconds.
-        model: Shape (17,): the fields of AnticipationVelocityModel.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    The arguments are those of a kernel of `chosen_accelerations`; walls beyond
+    `sight` have no effect; `model` (17,) has the fields of
+    AnticipationVelocityModel.
     """
     p = _model_in(model)
     walls = opened(table)
@@ -205,80 +183,79 @@ def anticipated_velocities(
 @register_motion_model("anticipation_velocity")
 @dataclass(kw_only=True, config=CONFIG)
 class AnticipationVelocityModel(SpeedModel):
-    """People step aside for where others will be, and walk as the gap allows.
+    """People avoid predicted positions; the gap ahead limits their speed.
 
-    Xu, Chraibi & Seyfried 2021. To the direction wanted e0, of length one,
-    each person j who is ahead adds a vector to the right, or to the left if j
-    will be on the right, after the time t_a of anticipation. Its length is
+    Xu, Chraibi & Seyfried 2021. To the desired direction e0, a unit vector,
+    each person j ahead adds a vector to the right, or to the left if j will be
+    on the right after the anticipation time t_a. Its length is
 
         alpha (1 + (1 - e0 . e_j) / 2) exp(-d / D),
 
-    d what is left of the gap to j after t_a at the present velocities, and e_j
-    the direction of j. The speed is that of `CollisionFreeSpeedModel`.
+    with the gap d to j that is left after t_a at the present velocities, and
+    the direction e_j of j. The speed is that of `CollisionFreeSpeedModel`.
 
     As published, people in a dense crowd swing from side to side, clog doors
-    and jam where two streams meet. What differs here, each with the value
+    and jam where two streams meet. The differences here, each with the value
     that gives the published form:
 
-    - how far sideways j will be counts, not only on which side
+    - the predicted lateral offset of j counts, not only its side
       (`side_width` 0, `side_reach` 0);
-    - who comes the other way is passed on the right (`keep_right` 0);
-    - people do not step aside for those who walk as they do (`following` 1,
-      `same_way` 0), but turn away from those very near (`repulsion_strength`
-      0), as in the collision-free speed model;
-    - instead of e_j, the velocity that j would like to have counts, by the
-      speed wanted, so that who stands in a queue is none who comes the other
-      way;
-    - who wants to be slower is overtaken, by people who look ahead as at the
-      speed that they want: behind that one, they have no other (`overtaking`
+    - oncoming people are passed on the right (`keep_right` 0);
+    - people do not step aside for others who walk in their direction
+      (`following` 1, `same_way` 0), but turn away from those very near
+      (`repulsion_strength` 0), as in the collision-free speed model;
+    - instead of e_j, the desired velocity of j counts, relative to the desired
+      speed, so that a person who stands in a queue is not oncoming;
+    - people with a lower desired speed are overtaken: those behind look ahead
+      as at their own desired speed, which they do not have there (`overtaking`
       0, with which only `following` makes people overtake);
     - the reaction time is shorter (`reaction_time` 0.3, `hesitation` 0).
 
-    Robots count as people do, but with the whole radii; one in the role of an
-    obstacle is taken for standing. Walls take from the velocity what leads
-    into them.
+    Robots count like people, but with their whole radii; a robot in the role
+    of an obstacle counts as standing. Walls remove the part of the velocity
+    that leads into them.
     """
 
     reaction_time: Time = 0.05
-    """The time in which somebody who walks turns to a new direction (tau), in
-    seconds; published: 0.3."""
+    """Time constant with which a walking person turns to a new direction (tau),
+    in seconds; published: 0.3."""
 
     avoidance_strength: Share = 8.0
-    """How strongly people step aside for somebody whom they would touch
-    (alpha); published for JuPedSim 1.4."""
+    """Strength of stepping aside for a person at touching distance (alpha);
+    published for JuPedSim 1.4."""
 
     avoidance_range: Annotated[StrictFloat, within(1e-3, 10, "m")] = 0.1
-    """The distance in which that falls to 1/e (D), in meters."""
+    """Distance over which it decays to 1/e (D), in meters."""
 
     anticipation_time: Time = 1.0
-    """How far people look ahead (t_a), in seconds."""
+    """Time horizon of the anticipation (t_a), in seconds."""
 
     following: Share = 0.0
-    """The share of it for those who walk the same way; published: 1."""
+    """Share of it for people who walk in the same direction; published: 1."""
 
     repulsion_strength: Share = 5.0
-    """How strongly somebody who is touched turns people away; published: 0."""
+    """Strength of turning away at touching distance; published: 0."""
 
     keep_right: Annotated[StrictFloat, within(-10, 10, "m")] = 0.3
-    """Others who come the other way are taken to be this much farther to the
-    left, in meters; with a negative one, to the right. Published: 0."""
+    """Distance by which oncoming people count as farther to the left, in
+    meters; if negative, to the right. Published: 0."""
 
     side_width: Annotated[StrictFloat, within(0, 10, "m")] = 0.2
-    """Who will be less to the side than this is avoided less, in meters;
+    """Predicted lateral offset below which others are avoided less, in meters;
     published: 0."""
 
     side_reach: Share = 1.0
-    """Who will be farther to the side than this, in distances at which bodies
-    touch, is avoided less; 0 is no limit, and published."""
+    """Predicted lateral offset beyond which others are avoided less, in
+    distances at which bodies touch; 0 is no limit, as published."""
 
     same_way: Annotated[StrictFloat, within(0, 0.9)] = 0.15
-    """Others walk the same way if (1 - e0 . e_j) / 2 is less than this: 0.15 is
-    for 45 degrees. Published: 0."""
+    """Others walk in the same direction if (1 - e0 . e_j) / 2 is less than
+    this: 0.15 corresponds to 45 degrees. Published: 0."""
 
     overtaking: Share = 5.0
-    """How readily people overtake: the share of stepping aside for somebody on
-    the same way who wants to be slower, by the part of the own speed by which
-    that one is slower, and at most 1. Published: 0."""
+    """Strength of overtaking: the share of stepping aside for a slower person
+    on the same way, per fraction of the own desired speed by which that person
+    is slower, and at most 1. Published: 0."""
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

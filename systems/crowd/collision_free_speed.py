@@ -1,4 +1,4 @@
-"""The collision-free speed model: the gap ahead decides how fast people walk.
+"""The collision-free speed model: the gap ahead limits the walking speed.
 
 Tordeux, Chraibi & Seyfried 2016, "Collision-free speed model for pedestrian
 dynamics", Traffic and Granular Flow '15.
@@ -13,10 +13,9 @@ from pydantic import StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.kernels import (
-    MATRIX,
     REAL,
+    SNAPSHOT,
     VECTOR,
-    WALLS,
     jit,
     jit_as,
     reads,
@@ -49,8 +48,8 @@ from hunav_drake.systems.crowd.surroundings import (
 )
 from hunav_drake.systems.world.walls import opened
 
-# The exponent that repulsion grows to at most, and that below which it is left
-# out: 1e-6 of the strength.
+# The largest exponent of repulsion, and the one below which it is neglected:
+# 1e-6 of the strength.
 MOST, LEAST = 3.0, -14.0
 
 
@@ -58,11 +57,9 @@ MOST, LEAST = 3.0, -14.0
 def repulsion(rows, strength, length, epsilon):
     """Returns the sum of the directions away from others, by their strength.
 
-    Args:
-        rows: What a person sees: see `look_around`.
-        strength: That of somebody who is touched (a).
-        length: The distance in which it falls to 1/e (D), in meters.
-        epsilon: How far to the left of where they are others are seen, rad.
+    `rows` are the surroundings of a person: see `look_around`. The strength is
+    that at touching distance (a), and decays to 1/e over the length (D), in
+    meters. Others seem displaced by `epsilon` to the left, in radians.
     """
     c = math.cos(epsilon)
     s = math.sin(epsilon)
@@ -81,11 +78,7 @@ def repulsion(rows, strength, length, epsilon):
     return ux, uy
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL, VECTOR),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, REAL, VECTOR)
 def collision_free_speeds(
     states,
     radii,
@@ -100,20 +93,9 @@ def collision_free_speeds(
 ):
     """Returns the accelerations to the velocities that n people choose.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`; the radii count.
-        table: `Obstacles.table`.
-        sight: Walls farther than this do not count, in meters.
-        step: The time step, in seconds.
-        model: Shape (10,): the fields of CollisionFreeSpeedModel.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2: the total, and zeros.
+    The arguments are those of a kernel of `chosen_accelerations`; walls beyond
+    `sight` have no effect; `model` (10,) has the fields of
+    CollisionFreeSpeedModel.
     """
     p = _model_in(model)
     walls = opened(table)
@@ -157,36 +139,36 @@ def collision_free_speeds(
 @register_motion_model("collision_free_speed")
 @dataclass(kw_only=True, config=CONFIG)
 class CollisionFreeSpeedModel(SpeedModel):
-    """Others turn people away, and the gap ahead says how fast they walk.
+    """Others change the direction of people, the gap ahead their speed.
 
-    Tordeux, Chraibi & Seyfried 2016. With e0 the direction wanted and e_j that
-    from person j at distance s_j, people walk in the direction of
+    Tordeux, Chraibi & Seyfried 2016. With the desired direction e0 and the
+    direction e_j from person j at distance s_j, people walk in the direction
 
         e0 + sum_j a exp((l - s_j) / D) e_j
 
-    at the speed min(v0, max(0, (s - l) / T)), s the least distance of those
-    whom they would touch if they went on straight. In one direction, a crowd
-    walks as fast, and passes doors as fast, as measured, with the parameters
-    of the paper. Streams in opposite directions jam where they meet: there,
-    see `AnticipationVelocityModel`.
+    at the speed min(v0, max(0, (s - l) / T)), with the least distance s of the
+    people whom they would touch straight on. With the parameters of the paper,
+    a crowd in one direction walks and passes doors as fast as measured.
+    Opposite streams jam where they meet: for these, see
+    `AnticipationVelocityModel`.
 
-    Robots count as people do, but with the whole radii; one in the role of an
-    obstacle does, too. Walls take from the velocity what leads into them.
+    Robots count like people, but with their whole radii, also in the role of
+    an obstacle. Walls remove the part of the velocity that leads into them.
 
-    What is added to the paper: people hesitate, start, stop and turn as
-    `SpeedModel` says, and do not stand for ever before one who stands exactly
+    In addition to the paper, people hesitate, start, stop and turn as in
+    `SpeedModel`, and do not stand for ever before a person who stands exactly
     in front of them.
     """
 
     repulsion_strength: Share = 5.0
-    """How strongly somebody who is touched turns people away (a)."""
+    """Strength of turning away at touching distance (a)."""
 
     repulsion_range: Annotated[StrictFloat, within(1e-3, 10, "m")] = 0.1
-    """The distance in which that falls to 1/e (D), in meters."""
+    """Distance over which it decays to 1/e (D), in meters."""
 
     epsilon: Annotated[StrictFloat, within(-1, 1, "rad")] = 0.05
-    """How far to the left of where they are people see others, in radians: it
-    breaks ties to the right; a negative one, to the left. 0 is the paper's."""
+    """Angle by which people see others displaced to the left, in radians. It
+    breaks ties to the right; if negative, to the left. 0 is the paper's."""
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

@@ -25,75 +25,71 @@ TurnRate = Annotated[StrictFloat, within(0.1, 1e3, "rad/s")]
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CrowdConfig:
-    """How people move, and how they take in the world."""
+    """The configuration of the crowd: motion model, bodies, walls, robots."""
 
     profile: ProfileName = "default"
-    """What is meant where a key is left out: the defaults written here, or, by
-    "hunavsim", what HuNavSim does; see `people/profile.py`. It chooses the
-    behaviors, too. A key that is given counts, whatever the profile (and
-    `dataclasses.replace` gives them all)."""
+    """Source of the values of missing keys: the defaults written here or, with
+    "hunavsim", the values of HuNavSim; see `people/profile.py`. It also selects
+    the behaviors. A key that is given takes precedence over the profile (and
+    `dataclasses.replace` gives all keys)."""
 
     model: Annotated[MotionModel, MOTION_MODELS] = field(
         default_factory=MOTION_MODELS.make
     )
-    """The motion model: a registered one, its name, or a mapping of its `type`
-    and parameters, as in {type: orca, time_horizon: 2.0}. See
+    """Motion model: a registered one, its name, or a mapping of its `type` and
+    parameters, as in {type: orca, time_horizon: 2.0}. See
     `hunav_drake.systems.crowd.MOTION_MODELS`."""
 
     obstacle_range: PositiveLength = 5.0
-    """Walls whose nearest point is farther than this are not felt, in meters.
-    """
+    """Distance beyond which walls exert no force, in meters."""
 
     max_obstacles: Annotated[Integer, Field(ge=0, le=10**6)] = 0
-    """How many walls are felt at most, the nearest first; 0 for all in range.
-    """
+    """Largest number of walls that exert forces, nearest first; 0 for all in
+    range."""
 
     keep_out_of_walls: StrictBool = True
     """Whether walls stop people who are pushed into them: at the end of a step
-    nobody's body is deeper in a wall than 1 cm, of bodies of up to 0.3 m, but
-    for who was so before, and comes no nearer. Who meets no wall moves as
-    without."""
+    no body of up to 0.3 m radius is deeper in a wall than 1 cm, unless it was
+    before, and then it comes no nearer. People who meet no wall move as without
+    it."""
 
     keep_apart: StrictBool = True
-    """Whether bodies are kept apart: at the end of a step nobody's overlaps
-    another's, or a robot's, if there is room. People give way to robots."""
+    """Whether bodies are kept apart: at the end of a step no body overlaps
+    another, or a robot, if there is room. People give way to robots."""
 
     robots_stop: StrictBool | None = None
-    """Whether bodies stop robots, so that only who is pushed gives way to one;
-    else nobody is where a robot is going by the end of the step. By default as
-    the robot of the trial is, and else not. See docs/robots.md."""
+    """Whether bodies stop robots, so that people give way only when pushed;
+    otherwise people leave the place that a robot moves to by the end of the
+    step. By default, as the robot of the trial demands, else not. See
+    docs/robots.md."""
 
     groups_part: StrictBool = True
-    """Whether people of a group walk together only as long as they go the same
-    way: who has another goal, or has arrived, does not hold back the others.
-    Without, as in HuNavSim, groups are held together whatever they want."""
+    """Whether members of a group walk together only while they go the same way:
+    a member who has another goal, or has arrived, does not hold back the
+    others. If false, as in HuNavSim, groups stay together in any case."""
 
     robot_gap: Annotated[StrictFloat, within(0, 10, "m")] = 0.6
-    """The gap that people leave between their bodies and a robot that is one
-    more pedestrian to them, in meters, where there is room: who sees one in the
-    way, within 3 m, walks past it. 0 leaves it to the forces, as in HuNavSim.
-    """
+    """Gap between the bodies of people and a robot that is a pedestrian to
+    them, in meters, where there is room: people with a robot in the way, within
+    3 m, walk past it. 0 leaves it to the forces, as in HuNavSim."""
 
     standing: StrictBool = True
     """Whether people without a goal, or at it, stand: they stop, only strong
     forces and bodies move them, and they come back."""
 
-    max_acceleration: (
-        Annotated[StrictFloat, within(0.1, 1e3, "m/s^2")] | None
-    ) = 3.5
-    """How fast velocities change at most, in m/s^2; None is without limit, as
-    in HuNavSim."""
+    max_acceleration: Acceleration | None = 3.5
+    """Largest rate of change of velocities, in m/s^2; None is no limit, as in
+    HuNavSim."""
 
-    max_turn_rate: Annotated[StrictFloat, within(0.1, 1e3, "rad/s")] | None = (
-        4.0
-    )
-    """How fast headings change at most, in rad/s; None is without limit, as in
+    max_turn_rate: TurnRate | None = 4.0
+    """Largest rate of change of headings, in rad/s; None is no limit, as in
     HuNavSim."""
 
     route_planning: StrictBool = True
-    """Whether people walk around walls to their goals, and let no walls push
-    them back from the doors on their way; without, straight at the goals, as in
-    HuNavSim, whose forces let nobody of 0.35 m through 0.85 m."""
+    """Whether people plan routes around walls to their goals, and are not
+    pushed back by the walls of doors on their way. If false, as in HuNavSim,
+    they walk straight to their goals, and the forces let no person of 0.35 m
+    radius through a door of 0.85 m."""
 
     @model_validator(mode="before")
     @classmethod
@@ -106,5 +102,5 @@ class CrowdConfig:
         return {**PROFILES[str(name)].crowd, **given} if known else data
 
     def defaults(self) -> "CrowdConfig":
-        """Returns what this is by its profile alone."""
+        """Returns the configuration that the profile alone gives."""
         return CrowdConfig(profile=self.profile)

@@ -1,4 +1,4 @@
-"""How people come in at sources and leave at sinks, on arrays."""
+"""Moves people in at sources and out at sinks, on arrays."""
 
 from collections.abc import Sequence
 import math
@@ -24,41 +24,41 @@ from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.traffic import Source, Traffic, place_party
 
-# What is known of a source: how many parties (people or groups) have come to
-# it, the time since the last did and that from it to the next, in seconds (0
-# before it is drawn), how many parties have come in, whose turn it is, and how
-# many people have come in.
+# The columns of a source: the number of parties (people or groups) that have
+# come to it, the time since the last one and from it to the next, in seconds (0
+# before it is drawn), the number of parties that have come in, the next party,
+# and the number of people who have come in.
 CAME, SINCE, GAP, ENTERED, TURN, PEOPLE = range(6)
 SOURCE_SIZE = 6
 
-# What is known of a sink: how many people have left, and how long it is before
+# The columns of a sink: the number of people who have left, and the time until
 # the next one can, in seconds.
 LEFT, BUSY = range(2)
 SINK_SIZE = 2
 
-# Who has left stays outside for this time at least, in seconds, so that one
-# can see it.
+# The least time that people who have left stay outside, in seconds, so that it
+# can be seen.
 REST = 1.0
 
 # Goals nearer to each other than this are the same, in meters.
 _SAME = 1e-6
 
-# Who is at the last goal, as behavior trees see it, may be farther from the
-# sink by this, in meters, times the square root of how many people are here:
+# People at their last goal, as behavior trees see it, may be farther from the
+# sink by this, in meters, times the square root of the number of people here:
 # trees let people stop short of others who stand at a goal.
 _SHORT_OF = 0.5
 
 
 class Passage(NamedTuple):
-    """What changes as people come and go.
+    """The data that change as people come and go.
 
     Attributes:
         states: Shape (n, 6): x, y, yaw, vx, vy, omega; rows of OUTSIDE.
-        counts: Of sources, shape (s, SOURCE_SIZE).
-        rests: How much longer each person stays outside at least, shape (n,),
+        counts: Shape (s, SOURCE_SIZE), of sources.
+        rests: Shape (n,), the least time that each person still stays outside,
             in seconds.
-        departures: Of sinks, shape (k, SINK_SIZE).
-        moved: Who has just come in or left, shape (n,).
+        departures: Shape (k, SINK_SIZE), of sinks.
+        moved: Shape (n,), whether a person has just come in or left.
     """
 
     states: Array
@@ -68,7 +68,7 @@ class Passage(NamedTuple):
     moved: Mask
 
     def copy(self) -> Self:
-        """Returns a copy, for what follows."""
+        """Returns a copy."""
         return type(self)(
             states=self.states.copy(),
             counts=self.counts.copy(),
@@ -82,7 +82,7 @@ class Doors:
     """Lets people in and out. Nothing here changes after the construction.
 
     Parties come to a source as a Poisson process: the times between two are
-    exponentially distributed, each drawn by the seed, the source's name and
+    exponentially distributed, each drawn from the seed, the source's name and
     its number.
     """
 
@@ -93,11 +93,11 @@ class Doors:
 
         Args:
             humans: The people.
-            traffic: Who comes in and leaves, and where.
+            traffic: The sources and sinks of people.
             time_step: In seconds.
 
         Raises:
-            ValueError: If the traffic is not of as many people.
+            ValueError: If the traffic has another number of people.
         """
         if len(traffic.sink_of) != len(humans):
             raise ValueError(
@@ -128,20 +128,20 @@ class Doors:
         ).reshape(-1, 2)
 
     def start(self, states: Array) -> None:
-        """Puts all who come in at sources outside; changes rows (n, 6)."""
+        """Puts the people of sources outside; changes rows (n, 6)."""
         states[self.pool] = 0.0
         states[self.pool, : Y + 1] = OUTSIDE
 
     def step(
         self, passage: Passage, commands: Array, robots: Array, seed: int
     ) -> Passage:
-        """Returns what it is after people came and went in one step.
+        """Returns the data after people came and went in one step.
 
         Args:
-            passage: How it is, with the states at the end of the step.
-            commands: What people wanted, shape (n, COMMAND_SIZE).
+            passage: The data, with the states at the end of the step.
+            commands: The commands of people, shape (n, COMMAND_SIZE).
             robots: Shape (m, 7): rows of `robot_states`.
-            seed: What the times and places of those who come in follow from.
+            seed: The seed of the times and places of those who come in.
         """
         after = passage.copy()
         after.rests[:] = np.maximum(after.rests - self._time_step, 0.0)
@@ -152,7 +152,7 @@ class Doors:
         return after
 
     def _leave(self, after: Passage, commands: Array) -> None:
-        """Puts those outside who have reached their sinks."""
+        """Puts people who have reached their sinks outside."""
         goals = commands[:, [Command.GOAL_X, Command.GOAL_Y]]
         has_goal = commands[:, Command.HAS_GOAL] != 0
         bound = has_goal & (abs(goals - self._exits) < _SAME).all(axis=1)
@@ -176,7 +176,7 @@ class Doors:
             count[LEFT] += len(gone)
 
     def _pass(self, count: Array, sink: int, most: int) -> int:
-        """Returns how many of those at a sink leave in the step."""
+        """Returns the number of people at a sink who leave in the step."""
         time = 1 / self.sinks[sink].rate
         if time == 0:
             return most
@@ -186,7 +186,7 @@ class Doors:
             count[BUSY] += time
             number += 1
         if number == most:
-            # It does not save up the time in which nobody comes.
+            # It does not accumulate the time in which nobody comes.
             count[BUSY] = max(count[BUSY], self._time_step)
         return number
 
@@ -210,7 +210,7 @@ class Doors:
         robots: Array,
         seed: int,
     ) -> None:
-        """Lets in who has come to a source, while there is a place."""
+        """Lets in the parties at a source while there is a place."""
         while count[CAME] > count[ENTERED]:
             turn = self._turn(after, source, int(count[TURN]))
             if turn is None:
@@ -236,7 +236,7 @@ class Doors:
             count[PEOPLE] += len(party)
 
     def _turn(self, after: Passage, source: Source, first: int) -> int | None:
-        """Returns which party comes next: one of which nobody is here."""
+        """Returns the next party of which nobody is here, or None."""
         ready = is_outside(after.states) & (after.rests == 0.0)
         for k in range(len(source.parties)):
             turn = (first + k) % len(source.parties)
@@ -252,7 +252,7 @@ class Doors:
         source: Source,
         robots: Array,
     ) -> Mask:
-        """Tells where each of a party could stand, shape (m, k)."""
+        """Returns where each of a party could stand, shape (m, k)."""
         here = ~is_outside(states)
         away = _distances(states[here, : Y + 1], places) - source.spacing
         gap = np.min(away - self._bodies[here, None], axis=0, initial=math.inf)
@@ -268,7 +268,7 @@ class Doors:
 
 
 def _gap(source: Source, number: int, seed: int) -> float:
-    """Returns the time before a party comes to a source, in seconds."""
+    """Returns the time until a party comes to a source, in seconds."""
     stream = source.stream + number
     (draw,) = draw_uniform(seed, [stream], Purpose.ARRIVAL_TIME, 1)[0]
     return -math.log1p(-draw) / source.rate

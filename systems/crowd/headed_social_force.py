@@ -1,4 +1,4 @@
-"""The headed social force model: people walk where they look.
+"""The headed social force model: people walk mainly along their heading.
 
 Farina, Fontanelli, Garulli, Giannitrapani & Prattichizzo 2017, "Walking ahead:
 the headed social force model".
@@ -35,11 +35,11 @@ from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 
-# What the forces are computed by. (The model here is not one of that kind:
-# people move in another way, with other derivatives.)
+# The model of the forces. (The model here does not derive from it: people move
+# in another way, with other derivatives.)
 _SOCIAL_FORCE = SocialForceModel()
 
-# A turn that is a half one, to this, goes to the right, in radians.
+# A turn within this of a half turn goes to the right, in radians.
 _TIE = 1e-9
 
 
@@ -56,7 +56,7 @@ def _turn(error, omega, stiffness, damping, time):
     """Solves e'' = -stiffness e - damping e' with two real rates of decay.
 
     At first e' is omega. The square of the damping is at least 4 times the
-    stiffness. Returns how much e changes, and e' in the end.
+    stiffness. Returns the change of e, and the final e'.
     """
     root = math.sqrt(max(damping * damping - 4 * stiffness, 0.0))
     fast = (damping + root) / 2
@@ -76,7 +76,7 @@ def _without_braking(fx, fy, x, y, command):
     """Returns the part of a force that turns a person at (x, y).
 
     It is zero without a goal. Of a force that points back from the goal, only
-    the part across counts: who slows down does not turn around.
+    the part across counts: people who slow down do not turn around.
     """
     gx = command[Command.GOAL_X] - x
     gy = command[Command.GOAL_Y] - y
@@ -111,10 +111,10 @@ def headed_advance(
     heading_share,
     stepping_speed,
 ):
-    """Returns where n people are one step later.
+    """Returns the states of n people one step later.
 
-    The heading, and the damping of what goes sideways, are linear for the time
-    of a step, in which the forces are constant, and are solved exactly: no step
+    In a step, the forces are constant, and the equations of the heading and of
+    the sideways velocity are linear; they are solved exactly, so that no step
     is too long for them. The rest is semi-implicit Euler.
 
     The arguments, up to the time step in seconds, and the result are those of
@@ -208,54 +208,57 @@ class HeadedSocialForceModel(MotionModel):
     (1 + alpha) sqrt(k_lambda m |a0| / alpha): the inertia drops out. The mass,
     which stays, is the same for all people.
 
-    What differs from the paper is how the heading is turned, and slow steps:
+    The model differs from the paper in the turning of the heading, and at low
+    speed:
 
-    - by f0 + heading_share fe: the forces between people here are softer than
-      the paper's, which keep bodies apart by contact. With f0 alone, the
-      heading turns against them, and people who meet walk into each other;
-    - by the part of that force without braking: people who slow down do not
-      turn around, and without a goal the heading is free;
-    - with at least the damping of |a0| = goal_factor |v| / relaxation_time, and
-      at least 1 / relaxation_time: the paper's vanishes with f0, so that the
-      heading of someone at the desired speed would swing;
-    - who is slow steps sideways and back, as people do in a crowd: below the
-      speed s the velocity is the paper's only by the share (|v| / s)^2, and for
-      the rest that of the social force model.
+    - the heading turns by f0 + heading_share fe: the forces between people
+      here are softer than the paper's, which keep bodies apart by contact.
+      With f0 alone, the heading turns against them, and people who meet walk
+      into each other;
+    - only the part of that force without braking turns it: people who slow
+      down do not turn around, and without a goal the heading is free;
+    - its damping is at least that of |a0| = goal_factor |v| / relaxation_time,
+      and at least 1 / relaxation_time: the paper's vanishes with f0, so that
+      the heading of a person at the desired speed would swing;
+    - slow people step sideways and back, as in a crowd: below the speed s the
+      velocity is the paper's only by the share (|v| / s)^2, and for the rest
+      that of the social force model.
 
     People whose body the command turns, and those who hold still, move as in
     the social force model.
     """
 
     mass: Annotated[StrictFloat, within(1, 1000, "kg")] = 75.0
-    """The mass of a person (m), in kg; the paper draws it from 60 to 90."""
+    """Mass of a person (m), in kg; the paper draws it from 60 to 90."""
 
     k_orthogonal: Annotated[StrictFloat, within(0, 1e3)] = 1.0
-    """The share of the forces of others that acts sideways (k_o)."""
+    """Share of the forces of others that acts sideways (k_o)."""
 
     k_damping: Annotated[StrictFloat, within(0, 1e6, "kg/s")] = 500.0
-    """The damping of what goes sideways (k_d), in kg/s."""
+    """Damping of the sideways velocity (k_d), in kg/s."""
 
     k_lambda: Annotated[StrictFloat, within(0, 1e3, "1/(kg m)")] = 0.3
-    """How fast the heading follows the force of the goal, in 1/(kg m)."""
+    """Gain with which the heading follows the force of the goal, in
+    1/(kg m)."""
 
     alpha: Annotated[StrictFloat, within(1e-3, 1e3)] = 3.0
-    """The ratio of the two rates at which it does."""
+    """Ratio of the two decay rates of the heading."""
 
     heading_share: Annotated[StrictFloat, within(0, 1)] = 1.0
-    """The share of the forces of others in what turns the heading; 0 is the
-    paper's."""
+    """Share of the forces of others in the force that turns the heading; 0 is
+    the paper's."""
 
     stepping_speed: Annotated[StrictFloat, within(0, 10, "m/s")] = 1.0
-    """Below this speed (s) people step sideways and back, too, the slower the
-    more, in m/s; 0 is the paper's."""
+    """Speed (s) below which people also step sideways and back, the more the
+    slower they are, in m/s; 0 is the paper's."""
 
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
-    """The time that people keep to whoever walks ahead of them, in seconds: see
+    """Time gap that people keep to the person ahead, in seconds: see
     `SocialForceModel`."""
 
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
-    """What part of the speed of the one ahead they add to their own: see
-    `SocialForceModel`."""
+    """Share of the speed of the person ahead that is added to the speed that
+    the time gap allows: see `SocialForceModel`."""
 
     follows: ClassVar[bool] = True
 

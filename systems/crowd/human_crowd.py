@@ -80,25 +80,25 @@ def HumanCrowd_(T: Any) -> type:
         Port ``robot_states`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
         in SI units: see `common.layout`. Without robots there is
-        no port ``robot_states``. Port ``commands`` takes n rows of what each
-        person wants, laid out as `layout.Command`; where they come from
+        no port ``robot_states``. Port ``commands`` takes n rows, the command
+        of each person, laid out as `layout.Command`; where they come from
         several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
-        `layout.FORCES`. Port ``overlaps`` gives for each person how deep other
-        bodies and robots are in theirs now, in meters: 0 but where people are
-        squeezed, or not kept apart. Both are computed when someone asks.
-        Port ``robot_touches`` gives for each robot n rows of the step that
-        begins now, (depth, speed): how deep robot and person would be in each
-        other at its end if they were not kept apart, in meters, else 0; and
-        how fast the person comes nearer to the robot by that, in m/s. Without
+        `layout.FORCES`. Port ``overlaps`` gives for each person the present
+        depth of other bodies and robots in its body, in meters: 0 unless
+        people are squeezed, or not kept apart. Both are computed on request.
+        Port ``robot_touches`` gives for each robot n rows (depth, speed) of
+        the step that begins now: the depth of robot and person in each other
+        at its end if they were not kept apart, in meters, else 0; and the
+        speed at which the person approaches the robot in it, in m/s. Without
         robots there is no such port.
 
         The discrete state holds n rows (x, y, yaw, vx, vy, omega), and in a
-        second vector n rows (x, y, 1) of where people stand, zeros for who
-        walks. Numbers of a size beyond 1e12, in the state or at the ports,
-        count as that.
+        second vector n rows (x, y, 1) of the positions where people stand,
+        zeros for people who walk. Numbers of a magnitude beyond 1e12, in the
+        state or at the ports, count as that.
 
-        Two numeric parameters say what follows from a seed: the weights of
+        Two numeric parameters hold what follows from a seed: the weights of
         the forces, n rows of the fields of SocialForceParameters, and the seed
         itself, in two halves of 32 bits. `SetSeed` draws the start and the
         weights of a Context anew; the system is the same for all seeds.
@@ -126,21 +126,21 @@ def HumanCrowd_(T: Any) -> type:
                 humans: The people, in the order of the ports. They start at
                     rest.
                 obstacles: The walls; none by default.
-                config: How people move, and how they take in the world.
-                num_robots: How many robots port ``robot_states`` has.
+                config: The configuration of the crowd.
+                num_robots: The number of robots at port ``robot_states``.
                 time_step: The time between two updates, in seconds.
-                start_jitter: How far x and y of a start are at most from those
-                    of the configuration, in meters; the seed draws by how
-                    much.
-                seed: The seed of the default Context, in [0, 2^63): what is
-                    drawn of starts and weights follows from it.
+                start_jitter: The largest distance of x and y of a start from
+                    those of the configuration, in meters, which the seed
+                    draws.
+                seed: The seed of the default Context, in [0, 2^63), from which
+                    starts and weights are drawn.
                 converter: Set by Drake, which converts the scalar type.
 
             Raises:
                 ValueError: If ``time_step`` is not positive, ``num_robots`` or
                     ``start_jitter`` is negative, ``seed`` is not such a
-                    number, or the model of ``config`` is without the
-                    derivatives that AutoDiffXd asks for.
+                    number, or the model of ``config`` has no derivatives,
+                    which AutoDiffXd needs.
             """
             LeafSystem_[T].__init__(self, converter=converter)
             check_time_step(time_step)
@@ -148,7 +148,7 @@ def HumanCrowd_(T: Any) -> type:
             check_number("start_jitter", start_jitter, "m")
             self._humans = tuple(humans)
             self._start_jitter = start_jitter
-            # What a copy for another scalar type is made of, too.
+            # A copy for another scalar type has the same options.
             self._options: dict[str, Any] = {
                 "obstacles": obstacles,
                 "config": config,
@@ -251,7 +251,7 @@ def HumanCrowd_(T: Any) -> type:
             )
 
         def get_commands_input_port(self) -> InputPort:
-            """Returns the port with what the people want."""
+            """Returns the port with the commands of the people."""
             return self._commands
 
         def get_human_states_output_port(self) -> OutputPort:
@@ -263,11 +263,11 @@ def HumanCrowd_(T: Any) -> type:
             return self._forces
 
         def get_overlaps_output_port(self) -> OutputPort:
-            """Returns the port with how deep bodies overlap."""
+            """Returns the port with the overlaps of bodies."""
             return self._overlaps
 
         def get_robot_touches_output_port(self) -> OutputPort:
-            """Returns the port with how people and robots would meet.
+            """Returns the port with the touches of people and robots.
 
             Raises:
                 ValueError: If the crowd was made with no robots.
@@ -279,10 +279,10 @@ def HumanCrowd_(T: Any) -> type:
         def CalcJacobian(self, context: Context) -> CrowdJacobian:
             """Computes the derivatives of the next discrete state.
 
-            Those by what people and robots do now, from the formulas, with
-            the commands as they are: in one call of compiled code, what
-            `HumanCrowd_[AutoDiffXd]` would tell. Near doors under 1 m, if
-            ways are planned, they are approximate, and so are those: see
+            They are those by the present states of people and robots, from the
+            formulas, with constant commands: the derivatives of
+            `HumanCrowd_[AutoDiffXd]`, in one call of compiled code. With route
+            planning, both are approximate near doors under 1 m: see
             `CrowdJacobian`.
 
             Args:
@@ -308,14 +308,14 @@ def HumanCrowd_(T: Any) -> type:
             return self._GetRows(context, self._state, MOTION_SIZE)
 
         def _GetStances(self, context: Context) -> NDArray[Any]:
-            """Returns where people stand: see `bodies.standing`."""
+            """Returns the stances of people: see `bodies.standing`."""
             return self._GetRows(context, self._stances, STANCE_SIZE)
 
         def _GetRows(
             self, context: Context, index: int, size: int
         ) -> NDArray[Any]:
             vector = context.get_discrete_state(index)
-            # Only floats can be looked at in place, which is faster.
+            # Only floats can be viewed in place, which is faster.
             rows: NDArray[Any] = (
                 vector.value() if T is float else vector.CopyToVector()
             )
@@ -396,5 +396,5 @@ def HumanCrowd_(T: Any) -> type:
 
 
 HumanCrowd = HumanCrowd_[float]
-# So are Drake's own systems called, in diagrams and by pickle.
+# Drake's own systems are named like this, in diagrams and by pickle.
 HumanCrowd.__name__ = HumanCrowd.__qualname__ = "HumanCrowd"

@@ -1,7 +1,7 @@
 """Limits that keep forces finite.
 
-The forces contain squares, and products of them: of finite numbers beyond
-1e154, they are not finite.
+The forces contain squares and their products, which are not finite for finite
+numbers beyond 1e154.
 """
 
 from typing import Any
@@ -13,13 +13,13 @@ from pydrake.autodiffutils import AutoDiffXd, ExtractValue
 
 from hunav_drake.systems.common.kernels import MATRIX, jit_as
 
-# In SI units: numbers of a greater size count as this.
+# In SI units: numbers of a larger magnitude count as this.
 LARGEST = 1e12
 
 
 @jit_as(numba.boolean, MATRIX)
 def is_within(rows):
-    """Tells whether no number of an array is too large."""
+    """Returns whether no number of an array is too large."""
     for i in range(rows.shape[0]):
         for j in range(rows.shape[1]):
             if abs(rows[i, j]) > LARGEST:
@@ -28,10 +28,10 @@ def is_within(rows):
 
 
 def limited(rows: NDArray[Any]) -> NDArray[Any]:
-    """Returns rows of floats whose size is at most `LARGEST`.
+    """Returns rows of floats with magnitudes of at most `LARGEST`.
 
-    They are the argument itself if they all are. Scalars with derivatives are
-    left as they are.
+    Rows within the limit are returned as they are, and so are scalars with
+    derivatives.
     """
     if rows.dtype == object or is_within(rows):
         return rows
@@ -40,7 +40,7 @@ def limited(rows: NDArray[Any]) -> NDArray[Any]:
 
 
 def lifted(values: NDArray[np.float64]) -> NDArray[Any]:
-    """Returns numbers as scalars with derivatives, of which they have none."""
+    """Returns numbers as AutoDiffXd without derivatives."""
     scalars: NDArray[Any] = np.array(
         [AutoDiffXd(value) for value in values.ravel()], dtype=object
     )
@@ -59,7 +59,7 @@ def changed_to(
 ) -> NDArray[Any]:
     """Returns numbers with other values, read-only.
 
-    With derivatives, if the scalars have some; those of what changes are 0.
+    Scalars keep their derivatives; those of changed values are 0.
     """
     if scalars.dtype != object:
         values.setflags(write=False)

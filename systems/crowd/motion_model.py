@@ -25,13 +25,14 @@ class Snapshot(NamedTuple):
         parameters: Shape (n, 13): the fields of SocialForceParameters.
         robots: Shape (m, 7): rows of `robot_states`.
         obstacles: The walls.
-        obstacle_range: Walls farther than this are not felt, in meters.
-        max_obstacles: How many walls are felt at most; 0 for all in range.
+        obstacle_range: Walls farther than this exert no force, in meters.
+        max_obstacles: The largest number of walls that exert forces; 0 for all
+            in range.
         time_step: In seconds.
-        eased: What `at_walls` gives; None without narrow passages.
-        turns: Shape (n,): the rows of people by whose turn it is with the
-            rules of HuNavSim, who moves last before the others; None if they
-            stand in that order.
+        eased: The value of `at_walls`; None without narrow passages.
+        turns: Shape (n,): the rows of people in the order of the rules of
+            HuNavSim, of whom the last moves first; None if the rows are in
+            that order.
     """
 
     states: Array
@@ -48,16 +49,25 @@ class Snapshot(NamedTuple):
 
     @property
     def at_walls(self) -> Array:
-        """How people feel walls, and only walls.
+        """The radii and obstacle factors of people with respect to walls.
 
-        Shape (n, 2): with what radius, in meters, and what obstacle factor,
-        in m/s^2. They are those of `radii` and `parameters`, but for people
-        who turn their shoulders in a narrow passage: see `passages.ease`. A
-        model that keeps to `radii` keeps people out of narrow doors.
+        Shape (n, 2): the radius, in meters, and the obstacle factor, in m/s^2.
+        They are those of `radii` and `parameters`, except for people who turn
+        their shoulders in a narrow passage: see `passages.ease`. A model that
+        uses `radii` instead keeps people out of narrow doors.
         """
         if self.eased is not None:
             return self.eased
         return np.column_stack([self.radii, self.parameters[:, K_OBSTACLE]])
+
+    @property
+    def as_arguments(self) -> tuple[Any, ...]:
+        """The first arguments of kernels, from the states to the walls."""
+        return (
+            *(self.states, self.radii, self.command, self.parameters),
+            *(self.robots, self.at_walls, self.obstacles.table),
+            *(self.obstacle_range, self.max_obstacles),
+        )
 
 
 class MotionModel(ABC):
@@ -65,17 +75,18 @@ class MotionModel(ABC):
 
     Both functions must be pure, and must not change their arguments: most of
     those are read-only. A model that keeps a margin between bodies and walls
-    says how much, in meters, by an attribute `safety_margin`.
+    has it, in meters, as an attribute `safety_margin`.
 
     Attributes:
-        follows: Whether people are to follow each other at the model's
+        follows: Whether people are made to follow each other at the model's
             `time_gap`, in seconds, with its `speed_matching`: see
-            `bodies.time_gap`. Models that see to it themselves do not ask.
+            `bodies.time_gap`. It is False for models that do so themselves.
         keeps_radii: Whether people keep their radii clear of each other, and
             not only their bodies, where they pass in a door.
-        uses_weights: For whom the factors of goal, obstacles and other people
-            count that `HumanConfig.forces_mode` draws: for everybody, for
-            nobody, or for people in groups and whom a robot pushes ("pushed").
+        uses_weights: The people for whom the factors of goal, obstacles and
+            other people count that `HumanConfig.forces_mode` draws: everybody
+            ("all"), nobody ("none"), or people in groups and people pushed by
+            a robot ("pushed").
     """
 
     follows: ClassVar[bool] = False
@@ -84,7 +95,7 @@ class MotionModel(ABC):
 
     @abstractmethod
     def forces(self, snapshot: Snapshot) -> Array:
-        """Returns what moves the people, from one snapshot of them all.
+        """Returns the forces on the people, from one snapshot of all of them.
 
         Returns:
             Shape (n, FORCES_SIZE), in m/s^2: see `layout.FORCES`. The total
@@ -93,7 +104,7 @@ class MotionModel(ABC):
 
     @abstractmethod
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
-        """Returns where these forces bring the people in one step.
+        """Returns the states of the people after one step under forces.
 
         Returns:
             Shape (n, 6), like `snapshot.states`.
@@ -110,7 +121,7 @@ MOTION_MODELS = Registry(
 
 
 def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:
-    """Returns a decorator that makes a model known by a name.
+    """Returns a decorator that registers a model by a name.
 
     Raises:
         ValueError: If the name is taken.
@@ -123,13 +134,13 @@ def register_motion_model[T](name: str) -> Callable[[type[T]], type[T]]:
 def checked(
     array: ArrayLike, shape: tuple[int, int], model: str, function: str
 ) -> NDArray[Any]:
-    """Returns what a model gave, as an array that Drake and walls can take.
+    """Returns the result of a model, as an array for Drake and walls.
 
     Args:
-        array: What it gave.
-        shape: What shape it must have.
+        array: The result.
+        shape: The shape that it must have.
         model: The name of the model.
-        function: Which of its functions gave it.
+        function: The function of the model that returned it.
 
     Raises:
         ValueError: If it is not made of finite numbers, or has another shape.

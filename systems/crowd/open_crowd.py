@@ -41,13 +41,13 @@ Array = NDArray[Any]
 
 
 class TrafficCounts(NamedTuple):
-    """How many people have come and gone.
+    """The numbers of people who have come and gone.
 
     Attributes:
-        arrivals: How many people have come in, by source.
-        waiting: How many parties, people or groups, wait outside for a free
-            place or for somebody to leave, by source.
-        departures: How many people have left, by sink.
+        arrivals: The number of people who have come in, by source.
+        waiting: The number of parties, people or groups, that wait outside for
+            a free place or for somebody to leave, by source.
+        departures: The number of people who have left, by sink.
     """
 
     arrivals: dict[str, int]
@@ -56,7 +56,7 @@ class TrafficCounts(NamedTuple):
 
 
 class _Present(NamedTuple):
-    """Those who are here, and what they do."""
+    """The people who are here, and their step."""
 
     rows: NDArray[np.intp]
     step: CrowdStep
@@ -79,27 +79,27 @@ class OpenCrowd(HumanCrowd):
         - robot_touches
         - traffic
 
-    The people are always the same n, some of whom are outside. Nobody feels
-    or sees those, and they do nothing. All ports are as of a `HumanCrowd`; in
-    ``human_states``, who is outside has a row of `layout.OUTSIDE`, and zeros
-    elsewhere. Port ``traffic`` gives two numbers for each source, the people
-    who have come in and the parties that wait outside, and after these, for
-    each sink, the people who have left: see `GetCounts`.
+    The people are always the same n, some of whom are outside. Those are not
+    seen, exert no forces, and do nothing. The ports are those of a
+    `HumanCrowd`; in ``human_states``, people outside have rows of
+    `layout.OUTSIDE`, and zeros elsewhere. Port ``traffic`` gives two numbers
+    for each source, the people who have come in and the parties that wait
+    outside, and then, for each sink, the people who have left: see `GetCounts`.
 
     People come to a source as a Poisson process, alone or in groups, and come
     in once there is a place where they touch nobody; they come in at rest, and
     keep their order. A source has a fixed number of people, who come in turn.
-    If all are here, those who come wait until one has left. Who has reached
-    the sink that is the last goal is outside at once (or, at a sink that has a
-    rate, when it is their turn), for a second at least.
+    If all are here, those who come wait until one has left. People who have
+    reached the sink that is their last goal are outside at once (or, at a sink
+    that has a rate, when it is their turn), for a second at least.
 
     Besides that of a `HumanCrowd`, the discrete state holds: for each source,
-    the row of `doors.CAME` and what follows; n numbers, how much longer each
-    person stays outside at least, in seconds; and for each sink, the row of
-    `doors.LEFT` and what follows. Who is outside has (OUTSIDE, OUTSIDE) for a
-    place in the first vector, and nobody else has. What is drawn follows from
-    the seed of the Context. `SetStates` may put people outside, by such a row,
-    or in.
+    the columns of `doors.CAME` and following; n numbers, the least time that
+    each person still stays outside, in seconds; and for each sink, the columns
+    of `doors.LEFT` and following. People outside, and only they, have the
+    position (OUTSIDE, OUTSIDE) in the first vector. All draws follow from the
+    seed of the Context. `SetStates` may put people outside, by such a row, or
+    in.
     """
 
     def __init__(
@@ -114,8 +114,8 @@ class OpenCrowd(HumanCrowd):
 
         Args:
             humans: As of a `HumanCrowd`.
-            traffic: Who of them comes in and leaves, and where. Those who come
-                in are outside at the start.
+            traffic: The sources and sinks of these people. The people of
+                sources are outside at the start.
             time_step: The time between two updates, in seconds.
             options: The other options of a `HumanCrowd`.
 
@@ -151,11 +151,11 @@ class OpenCrowd(HumanCrowd):
         )
 
     def get_traffic_output_port(self) -> OutputPort:
-        """Returns the port with how many people have come and gone."""
+        """Returns the port with the numbers of people who came and went."""
         return self._traffic
 
     def GetCounts(self, context: Context) -> TrafficCounts:
-        """Returns how many people have come in, wait outside, and have left.
+        """Returns the numbers of people who came in, wait, and have left.
 
         Args:
             context: Of this system.
@@ -173,7 +173,7 @@ class OpenCrowd(HumanCrowd):
     def SetSeed(self, context: Context, seed: int) -> None:
         """Resets people to the start of a seed: see `HumanCrowd.SetSeed`.
 
-        Those who come in at sources are outside, and nobody has come yet.
+        The people of sources are outside, and nobody has come yet.
         """
         HumanCrowd.SetSeed(self, context, seed)
         for index in (self._counts, self._rests, self._departures):
@@ -194,7 +194,7 @@ class OpenCrowd(HumanCrowd):
         return states.ravel(), *parameters
 
     def _LookAtPresent(self, context: Context) -> _Present:
-        """Returns what those who are here know."""
+        """Returns the people who are here, their step and their snapshot."""
         state = self._GetState(context)
         rows = np.flatnonzero(~is_outside(state))
         step = self._step.of(rows)

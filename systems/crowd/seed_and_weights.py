@@ -1,4 +1,4 @@
-"""What is set in the Context of a crowd: by its seed, or by hand."""
+"""Sets the states, the seed and the weights in the Context of a crowd."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -20,12 +20,12 @@ from hunav_drake.systems.people.parameters import NUM_PARAMETERS
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.weights import check_weights, draw_weights
 
-# Who is put elsewhere by more than this does not come back, in meters.
+# People who are put elsewhere by more than this do not come back, in meters.
 _SHIFT = 0.5
 
 
 class SeedAndWeights:
-    """Sets the states of people; sets and tells seed and weights of forces.
+    """Sets the states of people, and sets and returns the seed and the weights.
 
     A part of `HumanCrowd`, which declares the parameters and the state.
     """
@@ -37,12 +37,12 @@ class SeedAndWeights:
     _stances: int
     _weights: int
     _seed: int
-    # Return the rows of the state, and of where people stand.
+    # Return the rows of the state, and the stances.
     _GetState: Callable[[Context], NDArray[Any]]
     _GetStances: Callable[[Context], NDArray[Any]]
 
     def _Draw(self, seed: int) -> Sequence[NDArray[np.float64]]:
-        """Returns the state, the weights and the seed of a seed's start."""
+        """Returns the start, the weights and the halves of a seed."""
         return (
             draw_starts(self._humans, seed, self._start_jitter).ravel(),
             draw_weights(self._humans, seed).ravel(),
@@ -50,11 +50,11 @@ class SeedAndWeights:
         )
 
     def SetSeed(self, context: Context, seed: int) -> None:
-        """Puts people at the start of a seed, with the weights of it.
+        """Resets people to the start and the weights of a seed.
 
         They are at rest, as in the default Context of a crowd of that
-        seed. Nothing else of the Context changes: `SetHumansSeed` resets
-        what people have in mind, too.
+        seed. Nothing else of the Context changes: `SetHumansSeed` also resets
+        the memories of people.
 
         Args:
             context: Of this system, changed.
@@ -80,10 +80,10 @@ class SeedAndWeights:
         return halves_to_seed(self._GetParameter(context, self._seed))
 
     def CheckContext(self, context: Context) -> None:
-        """Checks that seed and weights of a Context can be such.
+        """Checks that the seed and the weights of a Context are valid.
 
         Raises:
-            ValueError: If they cannot.
+            ValueError: If they are not.
         """
         halves = self._GetParameter(context, self._seed)
         seed = check_seed(halves_to_seed(halves))
@@ -126,7 +126,7 @@ class SeedAndWeights:
         return plain(vector).ravel()
 
     def SetStates(self, context: Context, states: ArrayLike) -> None:
-        """Sets where people are, and how they move.
+        """Sets the positions and velocities of people.
 
         Args:
             context: Of this system, changed.

@@ -1,7 +1,7 @@
-"""What models share in which people choose a direction, and then a speed.
+"""The common part of models in which people choose a direction, then a speed.
 
-The speed is what keeps people apart: nobody walks faster in the direction
-chosen than the gap to the next body allows. Compiled by numba.
+The speed keeps people apart: nobody walks faster in the chosen direction than
+the gap to the next body allows. Compiled by numba.
 """
 
 import math
@@ -31,23 +31,23 @@ from hunav_drake.systems.crowd.surroundings import AT_X, AT_Y, TINY, TOUCH
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import runs_in
 
-# A turn that is a half one, to this, goes to the right, in radians.
+# A turn within this of a half turn goes to the right, in radians.
 _TIE = 1e-9
 
-# Who is slower than this walks off in any direction at once, in m/s.
+# Speed below which a person starts to walk in any direction at once, in m/s.
 _WALKING = 0.1
 
-# Who is much slower than this looks to the goal rather than ahead, in m/s.
+# Well below this speed people look to the goal rather than ahead, in m/s.
 _LOOK = 0.3
 
-# Who walks sideways or back looks where they go, and is slower: the cosine
-# from which on they are no slower.
+# People look where they go, and walk slower sideways or back: the cosine from
+# which on they walk no slower.
 _BACKWARD = -0.5
 
-# The time ahead that nobody walks into a wall in, in seconds.
+# The time ahead in which nobody walks into a wall, in seconds.
 _WALL_TIME = 0.25
 
-# How often the walls of a corner are looked at.
+# The number of passes over the walls of a corner.
 _CORNER = 3
 
 
@@ -56,7 +56,7 @@ def _turned(ex, ey, ux, uy, reaction, most, time_step):
     """Returns a direction after a turn towards (ux, uy), of any length.
 
     The angle between them decays with the reaction time, at most at the rate
-    `most`. Half a turn is one to the right.
+    `most`. A half turn is to the right.
     """
     if math.hypot(ux, uy) < TINY:
         return ex, ey
@@ -74,7 +74,7 @@ def _turned(ex, ey, ux, uy, reaction, most, time_step):
 
 @jit
 def direction_of(state, wx, wy):
-    """Returns the direction of a person who walks, or else the one wanted."""
+    """Returns the direction of a person who walks, else the desired one."""
     speed = math.hypot(state[VX], state[VY])
     if speed >= _WALKING:
         return state[VX] / speed, state[VY] / speed
@@ -88,8 +88,8 @@ def direction_of(state, wx, wy):
 def _gap(rows, ex, ey):
     """Returns the least gap to a body ahead, in meters, or infinity.
 
-    A body is ahead if it would be touched by one that moves on straight. One
-    in the same place is in no direction.
+    A body is ahead if the person would touch it straight on. One at the same
+    position is in no direction.
     """
     gap = math.inf
     for a in range(len(rows)):
@@ -107,7 +107,7 @@ def _gap(rows, ex, ey):
 
 @jit
 def _off_walls(vx, vy, x, y, radius, time, walls, reach):
-    """Returns a velocity without what leads into walls within a time."""
+    """Returns a velocity without the part that leads into walls in a time."""
     speed = math.hypot(vx, vy)
     if len(walls.segments) == 0 or speed == 0:
         return vx, vy
@@ -140,25 +140,17 @@ def walk_on(
 ):
     """Writes the acceleration of a person who has chosen a direction.
 
-    Args:
-        state: That of the person.
-        command: That of the person.
-        wish: The speed that the person would like to have, in m/s.
-        ux: The x of the direction, of any length.
-        uy: Its y.
-        rows: What the person sees: see `look_around`.
-        radius: The one that the person has to walls, in meters.
-        walls: See `Walls`.
-        sight: Walls farther than this do not count, in meters.
-        step: The time step, in seconds.
-        pace: The fields of `SpeedModel`, and maybe more.
-        out: Receives the total: a row of `layout.FORCES`.
+    (ux, uy) is that direction, of any length, `wish` the desired speed, in m/s,
+    `rows` are the surroundings (see `look_around`), and `radius` is that with
+    respect to walls, which count up to `sight`, in meters. `pace` has the
+    fields of `SpeedModel`, and maybe more; `out` receives the total, as a row
+    of `layout.FORCES`.
     """
     vx = state[VX]
     vy = state[VY]
     speed = math.hypot(vx, vy)
     length = math.hypot(ux, uy)
-    # Of directions that nearly add up to nothing, none is meant.
+    # If directions nearly cancel each other, none is preferred.
     firm = min(length / pace.hesitation, 1.0) if pace.hesitation > 0 else 1.0
     ease = 1.0
     if speed >= _WALKING:
@@ -197,21 +189,12 @@ def walk_on(
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, MATRIX, REAL, REAL, REAL)
 def turning_advance(states, forces, command, time_step, reaction, most):
-    """Returns where n people are one step later, who turn at a limited rate.
+    """Returns the states of n people one step later, with limited turn rates.
 
-    Like `kernel.advance`; but people whom no command turns turn to where they
-    walk, and the slower they do the more to the goal.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        forces: Shape (n, FORCES_SIZE); the last two columns count.
-        command: Shape (n, COMMAND_SIZE).
-        time_step: In seconds.
-        reaction: The time in which the angle decays, in seconds.
-        most: The largest turn rate, in rad/s.
-
-    Returns:
-        Shape (n, 6).
+    Like `kernel.advance`; but people whom no command turns turn to their
+    walking direction, and the slower they walk, the more to the goal. The angle
+    decays with the time `reaction`, in seconds, at most at the rate `most`, in
+    rad/s.
     """
     result = kernel.advance(states, forces, command, time_step)
     for i in range(len(states)):
@@ -248,43 +231,44 @@ Share = Annotated[StrictFloat, within(0, 1e3)]
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class SpeedModel(MotionModel):
-    """What all of these models have: how people take up a direction.
+    """The common parameters of these models: how people take up a direction.
 
-    Attributes stand for what the papers call l = 2 r and T; what follows them
-    is not in the papers, whose people turn, start and stop at once.
+    The first two are l = 2 r and T of the papers; the others are not in the
+    papers, whose people turn, start and stop at once.
     """
 
     uses_weights = "pushed"
 
     body_radius: Annotated[StrictFloat, within(0, 5, "m", low_open=True)] = 0.15
-    """The largest radius that people have to each other and to walls (l / 2),
-    in meters. Of a person whose own is larger, the rest is distance of comfort:
-    it counts to robots only."""
+    """Largest radius of people with respect to each other and to walls (l / 2),
+    in meters. The rest of a larger radius is comfort distance, which counts
+    only to robots."""
 
     time_gap: Annotated[StrictFloat, within(0, 1e3, "s", low_open=True)] = 1.0
-    """The speed is at most the gap ahead by this time (T), in seconds."""
+    """Time gap to a body ahead, which limits the speed (T), in seconds."""
 
     reaction_time: Time = 0.0
-    """The time in which somebody who walks turns to a new direction (tau of the
-    anticipation velocity model), in seconds."""
+    """Time constant with which a walking person turns to a new direction (tau
+    of the anticipation velocity model), in seconds."""
 
     hesitation: Share = 0.3
-    """The length of the sum of directions below which people are slower: they
-    do not tremble where they are drawn to and fro. 0 is the papers'."""
+    """Length of the sum of directions below which people are slower, so that
+    they do not tremble between directions. 0 is the value of the papers."""
 
     acceleration: Annotated[
         StrictFloat, within(0, 1e6, "m/s^2", low_open=True)
     ] = 4.0
-    """The most that people start and stop with of their own will, in m/s^2. For
-    others they stop as the gap has it."""
+    """Largest acceleration and deceleration by a person's own will, in m/s^2.
+    For others, people stop as the gap demands."""
 
     turn_time: Time = 0.2
-    """The time in which the body turns to where a person walks, in seconds."""
+    """Time constant with which the body turns to the walking direction, in
+    seconds."""
 
     turn_rate: Annotated[
         StrictFloat, within(0, 1e3, "rad/s", low_open=True)
     ] = 5.0
-    """The largest rate at which the body and the way turn, in rad/s."""
+    """Largest rate at which the body and the direction turn, in rad/s."""
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
         """Returns the next states: see `MotionModel.advance`."""

@@ -1,4 +1,4 @@
-"""One step of a crowd, on arrays: what `HumanCrowd` computes, without ports."""
+"""One step of a crowd on arrays: the computation of `HumanCrowd`, no ports."""
 
 from collections.abc import Sequence
 import copy
@@ -30,7 +30,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 # Of floats, or of scalars with derivatives.
 Array = NDArray[Any]
 
-# Stands for people who feel walls with their own radii and weights.
+# The argument for people with their own radii and weights at walls.
 _OWN = np.zeros((0, 2))
 
 
@@ -39,13 +39,12 @@ class CrowdJacobian(NamedTuple):
 
     A row is for an element of that state, (x, y, yaw, vx, vy, omega) of each
     person. Where the step has a jump or a kink, the derivatives are those of
-    the side that it takes. What people make of who walks ahead of them (their
-    time gap), or comes out of a narrow passage, and of robots that they pass
-    counts as constant. How people feel
-    walls does, too, which near doors under 1 m, with planned ways, is an
-    approximation: there, the derivative of v_x by x may be 0.3 where that of
-    the step is 0. Without route planning, time gap and robot gap they are
-    exact.
+    the side that it takes. The reactions of people to those ahead of them (the
+    time gap) or in narrow passages, and to robots that they pass, count as
+    constant. So do the radii and factors of people at walls, which near doors
+    under 1 m, with route planning, is an approximation: there, the derivative
+    of v_x by x may be 0.3 where that of the step is 0. Without route planning,
+    time gap and robot gap they are exact.
 
     Attributes:
         states: Shape (6n, 6n): by the present state, in the same order.
@@ -57,13 +56,14 @@ class CrowdJacobian(NamedTuple):
 
 
 class Stepped(NamedTuple):
-    """What a step of a crowd leads to.
+    """The result of a step of a crowd.
 
     Attributes:
-        states: Shape (n, 6), where people are, and how they move.
-        stances: Shape (n, 3), where they stand: see `standing`.
-        touches: Shape (mn, 2), how they would meet robots in the step, were
-            they not kept apart: see `robot_touches`. Without derivatives.
+        states: Shape (n, 6), the states of the people.
+        stances: Shape (n, 3): see `standing`.
+        touches: Shape (mn, 2), the touches of robots in the step if people and
+            robots were not kept apart: see `robot_touches`. Without
+            derivatives.
     """
 
     states: Array
@@ -72,14 +72,14 @@ class Stepped(NamedTuple):
 
 
 class CrowdStep:
-    """What people of given bodies do in a step, in a given room.
+    """The steps of people with given bodies in a given room.
 
     A step is `look`, `forces`, `advance`; `take` is all three. Arrays may be
     of floats, or all of AutoDiffXd. Nothing here changes after the
-    construction, but for what the room remembers about goals asked for before.
+    construction, except the cached routes of the room.
 
     Attributes:
-        radii: Shape (n,), those of the people, in meters; read-only.
+        radii: Shape (n,), the radii of the people, in meters; read-only.
     """
 
     def __init__(
@@ -91,14 +91,7 @@ class CrowdStep:
         time_step: float,
         with_derivatives: bool = False,
     ) -> None:
-        """Constructs a CrowdStep.
-
-        Args:
-            humans: The people.
-            obstacles: The walls.
-            config: How people move, and how they take in the world.
-            time_step: The length of the step, in seconds.
-            with_derivatives: Whether the arrays are of AutoDiffXd.
+        """Constructs a CrowdStep; with derivatives, arrays are of AutoDiffXd.
 
         Raises:
             ValueError: If derivatives are asked for, and the model of
@@ -114,7 +107,7 @@ class CrowdStep:
         self._max_obstacles = config.max_obstacles
         self._time_step = time_step
         self.radii = np.array([human.radius for human in humans])
-        # Models that are not ours get these, too.
+        # Models of users get these, too.
         self.radii.setflags(write=False)
         self._turns = _turns(humans, model)
         self._bodies = Bodies(humans, obstacles, config)
@@ -126,7 +119,7 @@ class CrowdStep:
             config,
             margin=getattr(model, "safety_margin", 0.0),
         )
-        # (Robots that stop at people are met otherwise than they are felt.)
+        # (Robots that bodies stop have smaller radii to bodies.)
         self._whole = (
             self._compiled_step(model)
             if _is_fast(model) and not config.robots_stop
@@ -134,7 +127,7 @@ class CrowdStep:
         )
 
     def _compiled_step(self, model: SocialForceModel) -> tuple[Array, ...]:
-        """Returns what `whole_step` takes that does not change."""
+        """Returns the constant arguments of `whole_step`."""
         bodies = self._bodies
         numbers = Numbers(
             *bodies.options,
@@ -160,13 +153,7 @@ class CrowdStep:
         parameters: NDArray[np.float64],
         stances: Array,
     ) -> Stepped:
-        """Returns what a step leads to.
-
-        The arguments are those of `look` and `advance`.
-
-        Raises:
-            ValueError: If the model gives what it must not.
-        """
+        """Returns the result of a step: see `look` and `advance`."""
         if self._whole is not None and states.dtype != object:
             eased = _OWN
             within = limited(states)
@@ -194,13 +181,13 @@ class CrowdStep:
         """Returns the step of some of the people, in the same room.
 
         Args:
-            rows: Who they are, in the order of their arrays.
+            rows: Their rows, in the order of their arrays.
         """
         part = copy.copy(self)
         part.radii = self.radii[rows]
         part.radii.setflags(write=False)
         if self._turns is not None:
-            # Those of them who are left, in the same order.
+            # The remaining ones, in the same order.
             part._turns = np.argsort(np.argsort(self._turns)[rows])
         part._bodies = self._bodies.of(rows)
         if self._whole is not None:
@@ -216,15 +203,9 @@ class CrowdStep:
         robots: Array,
         parameters: NDArray[np.float64],
     ) -> Snapshot:
-        """Returns what people know when they decide how to move on.
+        """Returns the snapshot from which people decide how to move on.
 
-        Args:
-            states: Shape (n, 6), rows (x, y, yaw, vx, vy, omega) in W, in SI
-                units.
-            command: Shape (n, COMMAND_SIZE): see `layout.Command`.
-            robots: Shape (m, 7), rows of ``robot_states``.
-            parameters: Shape (n, 13): the fields of SocialForceParameters; of
-                floats, read-only.
+        The parameters are floats, read-only. See `systems.crowd` for shapes.
         """
         states = limited(states)
         robots = limited(robots)
@@ -262,13 +243,10 @@ class CrowdStep:
         return self.radii if self._keeps_radii else self._bodies.radii
 
     def forces(self, snapshot: Snapshot) -> Array:
-        """Returns what moves the people: see `layout.FORCES`.
-
-        Returns:
-            Shape (n, FORCES_SIZE), in m/s^2.
+        """Returns the forces (n, FORCES_SIZE) on the people, in m/s^2.
 
         Raises:
-            ValueError: If the model gives something else.
+            ValueError: If the model returns something else.
         """
         return checked(
             self._model.forces(snapshot),
@@ -280,15 +258,10 @@ class CrowdStep:
     def advance(
         self, snapshot: Snapshot, forces: Array, stances: Array
     ) -> Stepped:
-        """Returns where forces bring the people, as far as bodies allow.
-
-        Args:
-            snapshot: What `look` gave.
-            forces: What `forces` gave for it.
-            stances: Shape (n, 3), where people stand: see `standing`.
+        """Returns the result of a step under forces, corrected by bodies.
 
         Raises:
-            ValueError: If the model gives something else.
+            ValueError: If the model returns something else.
         """
         return Stepped(
             *self._bodies.finish(
@@ -297,14 +270,9 @@ class CrowdStep:
         )
 
     def overlaps(self, states: Array, robots: Array) -> Array:
-        """Returns how deep other bodies are in those of people, in meters.
+        """Returns the depths (n,) of other bodies in people's, in meters.
 
-        Args:
-            states: As for `look`.
-            robots: See there.
-
-        Returns:
-            Shape (n,), 0 for whom nobody touches; without derivatives.
+        They are 0 for people without contact, and have no derivatives.
         """
         return self._bodies.overlaps(plain(states), plain(robots))
 
@@ -319,32 +287,18 @@ class CrowdStep:
     def jacobian(
         self, snapshot: Snapshot, forces: Array, stances: Array
     ) -> CrowdJacobian:
-        """Returns the derivatives of what `advance` gives, from the formulas.
+        """Returns the derivatives of `advance`, from the formulas.
 
-        They are those of the social force model: see `check_derivatives`.
-
-        Args:
-            snapshot: What `look` gave, of floats.
-            forces: What `forces` gave for it.
-            stances: As for `advance`.
+        They are those of the social force model: see `check_derivatives`. All
+        arrays are of floats.
         """
-        # Few ask for it, and it takes a moment to load.
+        # This is rarely needed, and takes a moment to load.
         from hunav_drake.systems.crowd.social_force.jacobian import (
             step_jacobian,
         )
 
         derivatives = step_jacobian(
-            snapshot.states,
-            snapshot.radii,
-            snapshot.command,
-            snapshot.parameters,
-            snapshot.robots,
-            snapshot.at_walls,
-            snapshot.obstacles.table,
-            snapshot.obstacle_range,
-            snapshot.max_obstacles,
-            forces,
-            snapshot.time_step,
+            *snapshot.as_arguments, forces, snapshot.time_step
         )
         moved = self._move(snapshot, forces)
         self._bodies.chain(derivatives, snapshot, forces, moved, stances)
@@ -352,7 +306,7 @@ class CrowdStep:
         return CrowdJacobian(derivatives[:, :size], derivatives[:, size:])
 
     def _move(self, snapshot: Snapshot, forces: Array) -> Array:
-        """Returns where forces bring the people, walls or not."""
+        """Returns the states after the forces, not corrected by bodies."""
         return checked(
             self._model.advance(snapshot, forces),
             (len(snapshot.states), MOTION_SIZE),
@@ -364,7 +318,7 @@ class CrowdStep:
 def _turns(
     humans: Sequence[HumanConfig], model: MotionModel
 ) -> NDArray[np.intp] | None:
-    """Returns whose turn it is when: see `Snapshot.turns`."""
+    """Returns the order of people: see `Snapshot.turns`."""
     if getattr(model, "kernel", "") != "hunavsim":
         return None
     rows = hash_order(people_ids(humans))[::-1]
@@ -372,7 +326,7 @@ def _turns(
 
 
 def _is_fast(model: MotionModel) -> TypeGuard[SocialForceModel]:
-    """Tells whether `whole_step` is a step of a model."""
+    """Returns whether `whole_step` is the step of a model."""
     return type(model) is SocialForceModel and model.kernel == "fast"
 
 

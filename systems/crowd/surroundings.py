@@ -1,4 +1,4 @@
-"""What people want, and what they see around them, compiled by numba."""
+"""The desired velocities and surroundings of people, compiled by numba."""
 
 import math
 
@@ -19,27 +19,27 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.crowd.orca.neighbors import cell_index
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
     add_robot_forces,
 )
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 
-# What people see of one another and of robots: where it is and how it moves,
-# the distance at which they touch, and how it would like to move.
+# The columns of the surroundings, of people and robots: offset, velocity, the
+# distance at which they touch, and desired velocity.
 AT_X, AT_Y, THEIR_VX, THEIR_VY, TOUCH, WISH_X, WISH_Y = range(7)
 
-# Lengths that give no direction, in meters, or of directions added up.
+# Lengths that give no direction, in meters, or of sums of directions.
 TINY = 1e-9
 
 
 @jit
 def goal_velocities(states, radii, command, parameters, robots, time_step):
-    """Returns the velocities to the goals, and what else pulls people.
+    """Returns the velocities to the goals, and the other pulls on people.
 
-    Returns:
-        Shape (n, 2), in m/s; and shape (n, FORCES_SIZE), in m/s^2: the forces
-        of the group, and the robot's push.
+    They have shape (n, 2), in m/s; and (n, FORCES_SIZE), in m/s^2: the forces
+    of the group, and the robot's push.
     """
     n = len(states)
     wanted = np.zeros((n, 2))
@@ -73,9 +73,9 @@ def goal_velocities(states, radii, command, parameters, robots, time_step):
 
 @jit
 def wishes(states, radii, command, parameters, robots, time_step):
-    """Returns the velocities (n, 2) that people would like to have.
+    """Returns the desired velocities (n, 2) of people.
 
-    They are those to the goals, and what the forces of the group and the
+    They are those to the goals, and those that the forces of the group and the
     robot's push add to them, where these and the goal's force balance.
     """
     n = len(states)
@@ -100,42 +100,24 @@ def wishes(states, radii, command, parameters, robots, time_step):
 
 
 @jit
-def _column(offset, width, count):
-    """Returns which of `count` cells something is in, at least the nearest."""
-    return min(max(int(offset / width), 0), count - 1)
-
-
-@jit
 def look_around(
     i, states, radii, command, robots, wanted, cells, body, reach, rows
 ):
-    """Finds whom a person sees: people within reach, and the robots.
+    """Writes the surroundings of a person: people within reach, and robots.
 
-    Args:
-        i: The number of the person.
-        states: Shape (n, 6).
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        robots: Shape (m, 7).
-        wanted: Shape (n, 2), from `wishes`, in m/s.
-        cells: From `make_cells`.
-        body: The largest radius that people have to each other, in meters. To
-            robots they have their own.
-        reach: People farther than this do not count, in meters.
-        rows: Receives what is seen: see AT_X and those that follow. Room for
-            all people and robots.
-
-    Returns:
-        How many there are.
+    Array `rows` receives them, and has room for all: see AT_X and following.
+    Returns the number of rows written. `i` is the number of the person,
+    `wanted` is from `wishes`, `cells` from `make_cells`. People have radii of
+    at most `body` to each other, in meters, but their own to robots.
     """
     order, x, y, begin, left, bottom, width, columns, lines = cells
     px = states[i, X]
     py = states[i, Y]
     count = 0
-    first = _column(px - reach - left, width, columns)
-    last = _column(px + reach - left, width, columns)
-    lowest = _column(py - reach - bottom, width, lines)
-    highest = _column(py + reach - bottom, width, lines)
+    first = cell_index(px - reach - left, width, columns)
+    last = cell_index(px + reach - left, width, columns)
+    lowest = cell_index(py - reach - bottom, width, lines)
+    highest = cell_index(py + reach - bottom, width, lines)
     for b in range(lowest, highest + 1):
         cell = b * columns
         for s in range(begin[cell + first], begin[cell + last + 1]):
@@ -157,7 +139,7 @@ def look_around(
     if role != RobotRole.PEDESTRIAN and role != RobotRole.OBSTACLE:
         return count
     for j in range(len(robots)):
-        # What is taken for an obstacle is not expected to move.
+        # An obstacle is not expected to move.
         moves = 1.0 if role == RobotRole.PEDESTRIAN else 0.0
         row = rows[count]
         row[AT_X] = robots[j, X] - px

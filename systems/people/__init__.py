@@ -1,4 +1,4 @@
-"""What a simulated person is."""
+"""The configuration of simulated people."""
 
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 from hunav_drake.systems.people.human_config import HumanConfig

@@ -21,19 +21,19 @@ from hunav_drake.systems.common.schema import (
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Area:
-    """A part of the floor, or a point of it: exactly one of the keys."""
+    """A part of the floor, or a point of it: exactly one key is given."""
 
     rectangle: Rectangle | None = None
-    """The sides (x_min, y_min, x_max, y_max) of a rectangle, in meters."""
+    """Sides (x_min, y_min, x_max, y_max) of a rectangle, in meters."""
 
     polygon: Annotated[Points, Field(min_length=3, max_length=1000)] | None = (
         None
     )
-    """The corners of a simple polygon, in either direction, in meters; the last
+    """Corners of a simple polygon, in either direction, in meters; the last
     joins the first."""
 
     point: Point | None = None
-    """A point (x, y), in meters."""
+    """Point (x, y), in meters."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

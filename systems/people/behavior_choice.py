@@ -29,11 +29,11 @@ class BehaviorConfig:
     """
 
     type: StrictStr
-    """Which tree: a name, the path of a file, or XML; see `HumanConfig`."""
+    """Behavior tree: a name, the path of a file, or XML; see `HumanConfig`."""
 
     ports: dict[StrictStr, Any] = field(default_factory=dict)
-    """Numbers, texts and truths by the names of the tree's ports; the others
-    have the defaults that the tree declares."""
+    """Values (numbers, texts, booleans) by the names of the tree's ports; other
+    ports have the defaults that the tree declares."""
 
     @model_validator(mode="before")
     @classmethod
@@ -88,17 +88,17 @@ def tree_of(behavior: str | BehaviorConfig) -> str:
 
 
 def is_xml(tree: str) -> bool:
-    """Tells whether a tree is given as XML."""
+    """Returns whether a tree is given as XML."""
     return tree.lstrip().startswith("<")
 
 
 def is_path(tree: str) -> bool:
-    """Tells whether a tree is given as the path of a file."""
+    """Returns whether a tree is given as the path of a file."""
     return not is_xml(tree) and tree.endswith(".xml")
 
 
 def behavior_name(behavior: str | BehaviorConfig) -> str:
-    """Returns what a behavior is called in tables."""
+    """Returns the name of a behavior in tables."""
     tree = tree_of(behavior)
     if is_xml(tree):
         return "xml"

@@ -1,7 +1,7 @@
 """The gait of people and the turning of wheels.
 
-Only looks depend on it; nothing here feeds back into a trial. Compiled,
-because it runs once per step also when nobody looks.
+Views and lidars at the height of legs depend on it; the motion of people does
+not. Compiled, because it runs once per step also when nobody looks.
 """
 
 import math
@@ -28,9 +28,9 @@ STRIDE = 1.27
 # A person that stops at once still puts the feet together.
 SETTLING_TIME = 0.2
 
-# Per person in the state: the phase of the stride in [0, 2 pi); the pace,
-# which is the speed smoothed over SETTLING_TIME, negative backwards, in m/s;
-# and where the person last was, x and y, in meters.
+# The columns of a person in the state: the phase of the stride in [0, 2 pi);
+# the pace, which is the speed smoothed over SETTLING_TIME, negative backwards,
+# in m/s; and the last position, x and y, in meters.
 GAIT_SIZE = 4
 PHASE, PACE, LAST_X, LAST_Y = range(GAIT_SIZE)
 
@@ -49,8 +49,8 @@ PHASE, PACE, LAST_X, LAST_Y = range(GAIT_SIZE)
 ) = range(10)
 FIGURE_SIZE = 10
 
-# Where the figure of a person is who is absent (whose row is NaN), in x and
-# y, in meters: out of every picture.
+# The x and y of the figure of an absent person (with a row of NaN), in meters:
+# out of every picture.
 ABSENT = 1e4
 
 
@@ -58,7 +58,7 @@ def initial_gait(n: int) -> Array:
     """Returns the gait of `n` people who stand, shape (4n,).
 
     The phases are spread by the golden angle, so that people who set off
-    together do not march in step. So far nobody was anywhere.
+    together do not march in step. The last positions are `ABSENT`.
     """
     gait = np.zeros((n, GAIT_SIZE))
     gait[:, LAST_X:] = ABSENT
@@ -72,8 +72,8 @@ def initial_gait(n: int) -> Array:
 def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
     """Returns the gait (4n,) of people one step later.
 
-    They step as fast as they say they move, but no faster than they have come
-    forward: in the profile of HuNavSim, some who stand keep their velocity.
+    Their pace follows their velocity, but is no faster than they have moved:
+    in the profile of HuNavSim, some people who stand keep their velocity.
     """
     result = gait.copy()
     blend = 1.0 - math.exp(-time_step / SETTLING_TIME)
@@ -108,7 +108,7 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
     """Returns the positions (n, 10) of the figures of all people.
 
     See the constants above. Angles are positive forwards, those of knees when
-    bent. Whose row is NaN stands at `ABSENT`.
+    bent. People with rows of NaN stand at `ABSENT`.
     """
     n = gait.size // GAIT_SIZE
     result = np.empty((n, FIGURE_SIZE))
@@ -144,7 +144,7 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
 
 @jit
 def _reach(hip: float, knee: float) -> float:
-    """Returns how far below the hip the lower of heel and toe is, in m."""
+    """Returns the depth of the lower of heel and toe below the hip, in m."""
     shin = hip - knee
     foot = max(HEEL * math.sin(shin), -TOE * math.sin(shin))
     return THIGH * math.cos(hip) + SHIN * math.cos(shin) + foot

@@ -1,4 +1,4 @@
-"""What a simulated person is."""
+"""The configuration of a simulated person."""
 
 from dataclasses import field
 from typing import Annotated, Literal
@@ -21,7 +21,7 @@ from hunav_drake.systems.common.schema import (
 from hunav_drake.systems.people.behavior_choice import Behavior, behavior_name
 from hunav_drake.systems.people.parameters import SocialForceParameters
 
-# The radius of a body whose owner says nothing of it, at most, in meters.
+# The largest radius of a body for which none is given, in meters.
 LARGEST_BODY = 0.25
 
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
@@ -37,57 +37,56 @@ class HumanConfig:
     """One simulated person."""
 
     name: Name = ""
-    """What the person is called; without a name "human_1", "human_2", ... in
-    order."""
+    """Name of the person; by default "human_1", "human_2", ... in order."""
 
     id: Annotated[Integer, Field(ge=0, le=2**31 - 1)] | None = None
-    """The number of the person, by which HuNavSim knows them; without one they
-    are given out in order, from 1."""
+    """Number of the person, by which HuNavSim knows it; by default 1, 2, ... in
+    order."""
 
     pose: Pose
-    """The first pose (x, y, yaw) in W, in meters and radians."""
+    """Initial pose (x, y, yaw) in W, in meters and radians."""
 
     behavior: Behavior = "regular"
-    """The behavior tree: the name of one that comes with the package (see
+    """Behavior tree: the name of one that comes with the package (see
     `hunav_drake.systems.behavior.BEHAVIORS`), the path of an XML file (it ends
     in .xml), or XML; with values for ports, a BehaviorConfig."""
 
     desired_speed: Speed = 1.2
-    """The speed that the person prefers, in m/s; 0 is a standing person."""
+    """Desired speed, in m/s; 0 is a standing person."""
 
     max_speed: PositiveSpeed | None = None
-    """The speed never exceeded, in m/s; by default the desired speed, as in
-    HuNavSim, and at least that."""
+    """Speed limit, in m/s; by default the desired speed, as in HuNavSim, and at
+    least that."""
 
     radius: BodyRadius = 0.35
-    """The radius of the disc that others keep off, in meters."""
+    """Radius of the disc that others keep clear of, in meters."""
 
     body_radius: BodyRadius | None = None
-    """The radius of the body, which nobody else's overlaps, in meters; by
-    default the radius above, but at most 0.25 m."""
+    """Radius of the body, which no other body overlaps, in meters; by default
+    `radius`, but at most 0.25 m."""
 
     group_id: Annotated[Integer, Field(ge=-(2**31), le=MAX_GROUP_ID)] = -1
-    """People with the same number (>= 0) walk together; -1 walks alone, and so
-    do those below, but by HuNavSim's rules (its kernel of the forces), for
-    which they are groups as any other."""
+    """Group of the person: people with the same number (>= 0) walk together.
+    People with -1 walk alone, and so do those with lower numbers, except by
+    HuNavSim's rules (its kernel of the forces), where these are groups, too."""
 
     goals: Points = field(default_factory=list)
-    """The points to walk to, one after the other, in meters."""
+    """Goals (x, y) to walk to, one after the other, in W, in meters."""
 
     cyclic: StrictBool | None = None
-    """Whether the first goal follows the last; by default not, but with the
-    crowd's profile "hunavsim"."""
+    """Whether the first goal follows the last; by default only with the crowd's
+    profile "hunavsim"."""
 
     goal_radius: PositiveLength = 0.3
-    """The distance at which a goal counts as reached, in meters."""
+    """Distance at which a goal counts as reached, in meters."""
 
     forces: SocialForceParameters = field(default_factory=SocialForceParameters)
-    """The weights of the forces."""
+    """Weights of the forces."""
 
     forces_mode: ForcesMode = "custom"
-    """Where the factors of goal, obstacles and other people come from: they are
-    as in `forces` ("custom"), HuNavSim's ("default"), or drawn for each person
-    by the seed of the Context: see `HumanCrowd.SetSeed` and
+    """Source of the factors of goal, obstacles and other people: as in `forces`
+    ("custom"), as in HuNavSim ("default"), or drawn for each person by the seed
+    of the Context: see `HumanCrowd.SetSeed` and
     `hunav_drake.systems.people.weights`. The rest of `forces` always holds."""
 
     @property
@@ -99,12 +98,12 @@ class HumanConfig:
 
     @property
     def contact_radius(self) -> float:
-        """The radius of the body, which nobody else's overlaps, in meters."""
+        """The radius of the body, which no other body overlaps, in meters."""
         if self.body_radius is None:
             return min(self.radius, LARGEST_BODY)
         return self.body_radius
 
     @property
     def behavior_name(self) -> str:
-        """What the behavior is called in tables."""
+        """The name of the behavior in tables."""
         return behavior_name(self.behavior)

@@ -1,6 +1,6 @@
-"""The legs of walking figures: their sections, and where they meet a plane.
+"""The legs of walking figures: their sections, and their cuts with a plane.
 
-A lidar that scans at the height of legs sees what is drawn: both have their
+A lidar that scans at the height of legs sees the drawn legs: both take their
 sections and their gait from here and from `gait`.
 """
 
@@ -76,21 +76,16 @@ ELLIPSE_SIZE = 5
 
 @jit
 def figure_width(radius: float) -> float:
-    """Returns how wide a figure is, in widths of an adult, by its disc."""
+    """Returns the width of a figure, in widths of an adult, from its disc."""
     return min(max(radius / NOMINAL_RADIUS, WIDTH_LIMITS[0]), WIDTH_LIMITS[1])
 
 
 @jit
 def legs_at(gait: Array, human_states: Array, height: float) -> Array:
-    """Returns what a horizontal plane cuts out of the legs of people.
+    """Returns the cuts of a plane at a height, in meters, with legs of people.
 
-    Legs are taken for ellipses. One that does not reach the plane, as a foot
-    in the air above it, has half axes of 0.
-
-    Args:
-        gait: The gait of the people, shape (4n,): see `gait`.
-        human_states: The rows of the people, shape (7n,).
-        height: That of the plane above the floor, in meters.
+    They are approximated by ellipses. That of a leg which does not reach the
+    plane, as a foot in the air above it, has half axes of 0.
 
     Returns:
         Shape (2n, 5), the left leg of each person before the right one: rows
@@ -122,7 +117,7 @@ def legs_at(gait: Array, human_states: Array, height: float) -> Array:
 def _leg_at(
     hip: float, knee: float, below: float, width: float
 ) -> tuple[float, float, float]:
-    """Returns x of a leg's middle, and its half axes, so far below the hip."""
+    """Returns x of a leg's middle and its half axes, at a depth below hip."""
     shin = hip - knee
     knee_x, knee_below = THIGH * math.sin(hip), THIGH * math.cos(hip)
     low, high, b = _cut(hip, below, THIGH_SECTIONS, width)
@@ -140,14 +135,11 @@ def _leg_at(
 def _cut(
     angle: float, below: float, sections: Array, width: float
 ) -> tuple[float, float, float]:
-    """Returns what a plane cuts out of a part that hangs at an angle.
+    """Returns the cut of a plane below a joint with a part that hangs from it.
 
-    The plane is so far below the joint. Seen from the side, the part is a
-    polygon between the ends of its sections.
-
-    Returns:
-        How far behind and before the joint the cut begins and ends, and its
-        half width, in meters; (infinity, -infinity, 0) for no cut.
+    Seen from the side, the part is a polygon between the ends of its sections.
+    Returns the begin and the end of the cut, relative to the joint, and its
+    half width, in meters; (infinity, -infinity, 0) for no cut.
     """
     c, s = math.cos(angle), math.sin(angle)
     low, high = math.inf, -math.inf
@@ -167,7 +159,7 @@ def _cut(
         high = max(high, x * c - z * s)
     if low > high:
         return low, high, 0.0
-    # How wide the section in the middle is.
+    # The width of the section in the middle.
     z = -0.5 * (low + high) * s - below * c
     heights = sections[:, 2]
     k = 1

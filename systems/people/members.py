@@ -1,4 +1,4 @@
-"""Draws what people of a cohort or a source are, and where they go."""
+"""Draws the properties and the goals of people of a cohort or a source."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -28,16 +28,16 @@ from hunav_drake.systems.people.walking_speeds import (
     walking_speed_deviation,
 )
 
-# Who comes from one place, or starts in it.
+# The people who start in one place, or come from it.
 Members = CohortConfig | SourceConfig
 
-# The numbers of what is drawn by: of each cohort, of each of its goals.
+# The number of streams of each cohort, and of each of its goals.
 _PER_COHORT = 2**32
 _PER_GOAL = 2**16
 
 
 class NoRoomError(Exception):
-    """What cannot be placed: the key, which item of it or None, and why."""
+    """Something has no place: the key, its item or None, and the reason."""
 
     def __init__(self, key: str, item: int | str | None, message: str) -> None:
         """Constructs the error."""
@@ -48,7 +48,7 @@ class NoRoomError(Exception):
 
 
 def stream_of(name: str) -> int:
-    """Returns the first of the numbers by which those of a name are drawn."""
+    """Returns the first stream number of a name."""
     return zlib.crc32(name.encode()) * _PER_COHORT
 
 
@@ -68,19 +68,19 @@ class Streams:
         return draw_uniform(self._seed, ids, purpose, size)
 
     def of(self, purpose: Purpose, number: int) -> Draws:
-        """Returns what gives the draws of one, as many as asked for."""
+        """Returns the function that gives the draws of one person or group."""
         return lambda size: self.draw(purpose, [number], size)[0]
 
 
 class Bodies(NamedTuple):
-    """What n people of a cohort are, apart from where they go.
+    """The properties of n people of a cohort, apart from their goals.
 
     Attributes:
         ages: In years, shape (n,).
-        is_woman: Truths, shape (n,).
-        speeds: The desired ones of each alone, in m/s, shape (n,).
-        radii: Of their bodies, in meters, shape (n,).
-        yaws: Where those look who go nowhere, in radians, shape (n,).
+        is_woman: Booleans, shape (n,).
+        speeds: The desired speed of each person alone, in m/s, shape (n,).
+        radii: The radii of the bodies, in meters, shape (n,).
+        yaws: The headings of people who go nowhere, in radians, shape (n,).
     """
 
     ages: Array
@@ -91,7 +91,7 @@ class Bodies(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Where the people of a group go.
+    """The goals of the people of a group.
 
     Attributes:
         goals: The points, one after the other, in W, in meters.
@@ -103,7 +103,7 @@ class Way(NamedTuple):
 
 
 def draw_body_values(members: Members, streams: Streams) -> Bodies:
-    """Returns what people are."""
+    """Returns the properties of people."""
     everybody = range(members.number)
     draws = streams.draw(Purpose.POPULATION_BODY, everybody, 6).T
     band = choose(draws[0], [it.weight for it in members.ages])
@@ -128,7 +128,7 @@ def draw_body_values(members: Members, streams: Streams) -> Bodies:
 
 
 def draw_behaviors(members: Members, streams: Streams) -> list[str]:
-    """Returns the behavior of each."""
+    """Returns the behavior of each person."""
     draws = streams.draw(Purpose.POPULATION_BEHAVIOR, range(members.number), 1)
     names = list(members.behaviors)
     chosen = choose(draws[:, 0], list(members.behaviors.values()))
@@ -136,7 +136,7 @@ def draw_behaviors(members: Members, streams: Streams) -> list[str]:
 
 
 def draw_groups(members: Members, streams: Streams) -> list[list[int]]:
-    """Returns the places in the cohort of the people of each group."""
+    """Returns the indices in the cohort of the people of each group."""
     draws = streams.draw(Purpose.POPULATION_GROUP, range(members.number), 1)
     sizes = choose(draws[:, 0], members.group_sizes) + 1
     groups = []
@@ -157,22 +157,16 @@ def draw_way(
     floor: Floor,
     group: int,
 ) -> Way:
-    """Returns where the people of a group go, one goal after the other.
+    """Returns the goals of the people of a group, one after the other.
 
-    Args:
-        members: The people.
-        goal_areas: Where their goals are, one after the other.
-        sink_areas: Where the sinks are, by name.
-        streams: What is drawn by.
-        floor: What the walls leave.
-        group: The number of the group among those of these people.
-
-    Raises:
-        NoRoomError: If a goal or a sink has no place that is free of walls.
+    `goal_areas` are those of the goals, one after the other, `sink_areas` those
+    of the sinks, by name; `group` is the number of the group among those of
+    these people. If a goal or a sink has no place that is free of walls, a
+    NoRoomError says so.
     """
 
     def place(area: Areas, i: int, key: str, item: int | str) -> list[float]:
-        # Who is near a wall reaches a given point as well, as one listed.
+        # A given point may be near a wall, as in the goals of a listed person.
         radius = 0.0 if area.is_point else members.radius
         stream = streams.of(Purpose.POPULATION_GOAL, group + i * _PER_GOAL)
         is_clear = partial(floor.is_clear_of_walls, radius=radius)
@@ -200,36 +194,39 @@ def draw_way(
     return Way([(x, y) for x, y in goals], sink)
 
 
-def make_person(
+def make_group(
     members: Members,
-    k: int,
-    *,
-    pose: tuple[float, float, float],
-    behavior: str,
-    speed: float,
-    body_radius: float,
+    rows: Sequence[int],
+    points: Array,
+    bodies: Bodies,
+    behaviors: Sequence[str],
     group_id: int,
     way: Way,
-) -> HumanConfig:
-    """Returns person `k` of a cohort or a source, who has been drawn.
+) -> list[HumanConfig]:
+    """Returns drawn people of a cohort or a source who walk together.
 
-    Where the person goes somewhere, the yaw of the pose becomes the direction
-    of the first goal.
+    They walk as fast as the slowest of them. If they have a goal, they look to
+    the first one. A single person is in no group.
     """
-    x, y, yaw = pose
-    if way.goals and way.goals[0] != (x, y):
-        yaw = math.atan2(way.goals[0][1] - y, way.goals[0][0] - x)
-    return HumanConfig(
-        name=f"{members.name}_{k + 1}" if members.name else "",
-        pose=(x, y, yaw),
-        behavior=behavior,
-        desired_speed=speed,
-        radius=members.radius,
-        body_radius=body_radius,
-        group_id=group_id,
-        goals=list(way.goals),
-        cyclic=False if way.sink else members.cyclic,
-        goal_radius=members.goal_radius,
-        forces=members.forces,
-        forces_mode=members.forces_mode,
-    )
+    speed = float(bodies.speeds[rows].min())
+    people = []
+    for k, (x, y) in zip(rows, points.tolist(), strict=True):
+        yaw = float(bodies.yaws[k])
+        if way.goals and way.goals[0] != (x, y):
+            yaw = math.atan2(way.goals[0][1] - y, way.goals[0][0] - x)
+        person = HumanConfig(
+            name=f"{members.name}_{k + 1}" if members.name else "",
+            pose=(x, y, yaw),
+            behavior=behaviors[k],
+            desired_speed=speed,
+            radius=members.radius,
+            body_radius=float(bodies.radii[k]),
+            group_id=group_id if len(rows) > 1 else -1,
+            goals=list(way.goals),
+            cyclic=False if way.sink else members.cyclic,
+            goal_radius=members.goal_radius,
+            forces=members.forces,
+            forces_mode=members.forces_mode,
+        )
+        people.append(person)
+    return people

@@ -10,8 +10,7 @@ from hunav_drake.systems.people.human_config import HumanConfig
 def people_ids(humans: Sequence[HumanConfig]) -> list[int]:
     """Returns the numbers of people, by which other programs know them.
 
-    Those who have none are given 1, 2, ... in order, without those that are
-    taken.
+    People without a number get 1, 2, ... in order, except those that are taken.
     """
     taken = {human.id for human in humans}
     free = (k for k in itertools.count(1) if k not in taken)
@@ -21,8 +20,8 @@ def people_ids(humans: Sequence[HumanConfig]) -> list[int]:
 def people_names(humans: Sequence[HumanConfig]) -> list[str]:
     """Returns the names of people.
 
-    Those who have none are given "human_1", "human_2", ... in order, without
-    those that are taken.
+    People without a name get "human_1", "human_2", ... in order, except those
+    that are taken.
     """
     taken = {human.name for human in humans}
     free = (
@@ -48,7 +47,7 @@ def check_consistent(humans: Sequence[HumanConfig]) -> None:
     """Checks that names and numbers are unique, and speeds consistent.
 
     Raises:
-        ValueError: If two have the same name or number, or if somebody's
+        ValueError: If two people have the same name or number, or if a
             `max_speed` is below the `desired_speed`.
     """
     taken: dict[tuple[str, object], int] = {}

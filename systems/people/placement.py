@@ -10,19 +10,19 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# How many places of an area are looked at, until one is free.
+# The numbers of places of an area that are tried, until one is free.
 _TRIES = (16, 256, 4096)
 
-# How far the others of a group start from the first, beyond touching, in
-# meters, in a group of two.
+# The range of the gaps between the first of a group of two and the other one at
+# the start, in meters.
 _GROUP_REACH = 0.3
 
-# Numbers in [0, 1), always the same ones, as many as asked for.
+# Returns numbers in [0, 1), always the same ones, as many as requested.
 Draws = Callable[[int], Array]
 
 
 class Floor:
-    """What of the floor is taken: by walls, by discs, and by bodies."""
+    """The floor with the walls, discs and bodies that occupy it."""
 
     def __init__(
         self, obstacles: Obstacles, taken: ArrayLike, most_bodies: int
@@ -32,7 +32,7 @@ class Floor:
         Args:
             obstacles: The walls.
             taken: Discs, shape (k, 3), rows (x, y, radius) in W, in meters.
-            most_bodies: How many bodies there will be, at most.
+            most_bodies: The largest number of bodies.
         """
         self._walls = shapely.STRtree(_shapes(obstacles))
         self._taken = np.asarray(taken, dtype=float).reshape(-1, 3)
@@ -47,7 +47,7 @@ class Floor:
 
     @property
     def num_bodies(self) -> int:
-        """How many bodies there are."""
+        """The number of bodies."""
         return self._num_bodies
 
     def keep_bodies(self, count: int) -> None:
@@ -55,7 +55,7 @@ class Floor:
         self._num_bodies = count
 
     def is_clear_of_walls(self, points: Array, radius: float) -> Mask:
-        """Tells which discs around points (k, 2) meet no wall, shape (k,)."""
+        """Returns which discs around points (k, 2) meet no wall, shape (k,)."""
         result = np.ones(len(points), dtype=bool)
         hits, _ = self._walls.query(
             shapely.points(points), predicate="dwithin", distance=radius
@@ -66,13 +66,10 @@ class Floor:
     def is_free(
         self, points: Array, radius: float, body: float, spacing: float
     ) -> Mask:
-        """Tells at which points (k, 2) somebody can stand, shape (k,).
+        """Returns at which points (k, 2) a person can stand, shape (k,).
 
-        Args:
-            points: The centers in W, in meters.
-            radius: That of the disc that meets no wall and no disc.
-            body: That of the body, which is apart from other bodies.
-            spacing: By how much at least.
+        The disc of the radius meets no wall and no disc there, and the gap of
+        the body to other bodies is at least the spacing.
         """
         bodies = self._bodies[: self._num_bodies]
         return (
@@ -97,7 +94,7 @@ def _shapes(obstacles: Obstacles) -> list[shapely.Geometry]:
 
 
 def _is_apart(points: Array, discs: Array, distance: float) -> Mask:
-    """Tells which points are as far from all discs, at least."""
+    """Returns which points have at least a distance from all discs."""
     offsets = points[:, None] - discs[:, :2]
     gaps = np.hypot(offsets[..., 0], offsets[..., 1]) - discs[:, 2]
     result: Mask = (gaps >= distance).all(axis=1)
@@ -105,7 +102,7 @@ def _is_apart(points: Array, discs: Array, distance: float) -> Mask:
 
 
 class Areas:
-    """Several areas, from which points are drawn evenly."""
+    """Several areas, from which points are drawn uniformly."""
 
     def __init__(self, areas: Sequence[Area]) -> None:
         """Constructs Areas from at least one area."""
@@ -118,13 +115,13 @@ class Areas:
         ]
         shapely.prepare(self._shapes)
         sizes = np.array([shape.area for shape in self._shapes])
-        # Points are as large as each other.
+        # Points have equal weights.
         self._sizes = sizes if sizes.any() else np.ones(len(areas))
-        # Whether there is no choice.
+        # Whether there is only one point to draw.
         self.is_point = len(areas) == 1 and areas[0].point is not None
 
     def points(self, draws: Array) -> tuple[Array, Mask]:
-        """Returns points (k, 2), and which count: those that are in an area.
+        """Returns points (k, 2), and whether each is in an area.
 
         Args:
             draws: Numbers in [0, 1), shape (k, 3).
@@ -139,7 +136,7 @@ class Areas:
         return points, inside
 
     def cover(self, points: Array) -> Mask:
-        """Tells which points (k, 2) are in one of the areas, shape (k,)."""
+        """Returns which points (k, 2) are in one of the areas, shape (k,)."""
         return np.any([_covers(s, points) for s in self._shapes], axis=0)
 
 
@@ -148,7 +145,7 @@ def _covers(shape: shapely.Geometry, points: Array) -> Mask:
 
 
 def choose(draws: ArrayLike, weights: ArrayLike) -> NDArray[np.intp]:
-    """Returns the places in a list that draws in [0, 1) choose by weights."""
+    """Returns the indices that draws in [0, 1) choose by weights."""
     ends = np.cumsum(np.asarray(weights, dtype=float))
     chosen = np.searchsorted(ends / ends[-1], draws, side="right")
     # A sum may be rounded to less than 1.
@@ -159,12 +156,9 @@ def choose(draws: ArrayLike, weights: ArrayLike) -> NDArray[np.intp]:
 def draw_point(
     areas: Areas, draws: Draws, is_free: Callable[[Array], Mask]
 ) -> Array | None:
-    """Returns the first point drawn that is free, or None.
+    """Returns the first drawn point that is free, or None.
 
-    Args:
-        areas: Where it is.
-        draws: What it is drawn by.
-        is_free: Tells which of some points (k, 2) are, shape (k,).
+    `is_free` returns which of some points (k, 2) are free, shape (k,).
     """
     for points in _batches(areas, draws):
         free = np.flatnonzero(is_free(points))
@@ -177,9 +171,9 @@ def draw_point(
 def draw_points(
     areas: Areas, draws: Draws, is_free: Callable[[Array], Mask], most: int
 ) -> Array:
-    """Returns the first points drawn that are free, shape (k, 2).
+    """Returns the first drawn points that are free, shape (k, 2).
 
-    They are `most`, or as many as are found. All else is as for `draw_point`.
+    They are at most `most`. The other arguments are those of `draw_point`.
     """
     found = np.zeros((0, 2))
     for points in _batches(areas, draws):
@@ -190,7 +184,7 @@ def draw_points(
 
 
 def _batches(areas: Areas, draws: Draws) -> Iterator[Array]:
-    """Yields points that are drawn, each once, few at first."""
+    """Yields drawn points, each once, few at first."""
     done = 0
     for count in _TRIES:
         rows = draws(3 * count).reshape(count, 3)[done:]
@@ -206,19 +200,12 @@ def draw_group(
     is_free: Callable[[Array, float], Mask],
     spacing: float,
 ) -> Array | None:
-    """Returns where people of a group start, near each other, or None.
+    """Returns the starts (n, 2) of people of a group near each other, or None.
 
-    Args:
-        areas: Where they are.
-        draws: What the first one's place is drawn by, and where the others
-            are around the first.
-        bodies: The radii of their bodies.
-        is_free: Tells at which of some points (k, 2) somebody with a body of
-            some radius can stand, shape (k,).
-        spacing: The space between two bodies, at least.
-
-    Returns:
-        The points, shape (n, 2).
+    The draws are those of the first one's place, and of the places of each
+    other one around it. `is_free` returns at which of some points (k, 2) a
+    person with a body of some radius can stand, shape (k,); the spacing is the
+    least gap between two bodies.
     """
     first, *others = draws
     offsets = [
@@ -242,7 +229,7 @@ def draw_group(
 
 
 def _offsets(draw: Draws, nearest: float, size: int) -> Array:
-    """Returns places around the origin, near ones more often, shape (k, 2)."""
+    """Returns places around the origin, denser near it, shape (k, 2)."""
     rows = draw(2 * 64).reshape(64, 2)
     distance = nearest + _GROUP_REACH * np.sqrt(size - 1) * rows[:, 0]
     angle = 2 * np.pi * rows[:, 1]

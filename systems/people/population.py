@@ -18,7 +18,7 @@ from hunav_drake.systems.people.members import (
     draw_body_values,
     draw_groups,
     draw_way,
-    make_person,
+    make_group,
 )
 from hunav_drake.systems.people.placement import Areas, Floor, draw_group
 from hunav_drake.systems.people.population_config import (
@@ -31,13 +31,12 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class PopulationFault(NamedTuple):
-    """Why people of a population cannot be drawn.
+    """The reason why people of a population cannot be drawn.
 
     Attributes:
-        cohort: The place of their cohort or source among those.
+        cohort: The index of their cohort or source.
         key: The field of it that is at fault, as "start" or "goals".
-        item: Which one of its list or mapping; None for the whole.
-        message: The rule, what was found, and a remedy.
+        item: The item of its list or mapping; None for the whole.
         kind: Whether it is one of the "cohorts" or of the "sources".
     """
 
@@ -52,12 +51,11 @@ class PopulationError(ValueError):
     """A population that does not fit into the world.
 
     Attributes:
-        faults: All that is wrong with it, one for each cohort and source at
-            most.
+        faults: All faults, at most one for each cohort and source.
     """
 
     def __init__(self, faults: Sequence[PopulationFault]) -> None:
-        """Constructs the error from what is wrong."""
+        """Constructs the error from the faults."""
         self.faults = tuple(faults)
         super().__init__(
             "\n".join(
@@ -69,12 +67,12 @@ class PopulationError(ValueError):
 
 
 class Drawn(NamedTuple):
-    """The people of a population, and where they come and go.
+    """The people of a population, and their sources and sinks.
 
     Attributes:
         people: All of them, cohort by cohort, then source by source.
-        traffic: Who comes in at which source, and leaves at which sink; None
-            if nobody does. Its rows are those of `people`.
+        traffic: The sources and sinks of these people; None if there are none.
+            Its rows are those of `people`.
     """
 
     people: list[HumanConfig]
@@ -106,16 +104,16 @@ def draw_with_traffic(
     taken: ArrayLike = (),
     first_group_id: int = 0,
 ) -> Drawn:
-    """Draws the people of a population, and where they come and go.
+    """Draws the people of a population, and their sources and sinks.
 
     A person is a function of the population's seed, the cohort's name (or
-    place) and the person's place in the cohort. To add people, or a cohort,
-    changes nobody else, but for those in whose way they would start.
+    index) and the person's index in the cohort. Adding people, or a cohort,
+    changes nobody else, except people who would start in their way.
 
     Args:
         config: The population, with its seed.
-        obstacles: The walls, which nobody starts or has goals in.
-        taken: Discs that nobody starts in, shape (k, 3), rows (x, y, radius)
+        obstacles: The walls, in which nobody starts or has goals.
+        taken: Discs in which nobody starts, shape (k, 3), rows (x, y, radius)
             in W, in meters.
         first_group_id: The number of the first group; the others follow.
 
@@ -123,9 +121,9 @@ def draw_with_traffic(
         The people, and their sources and sinks.
 
     Raises:
-        PopulationError: If there is no room for somebody or for a goal, or if
-            a source has too few people for its rate. It has one fault for
-            each cohort and source, at most.
+        PopulationError: If there is no room for a person or for a goal, or if
+            a source has too few people for its rate. It has at most one fault
+            for each cohort and source.
     """
     floor = Floor(obstacles, taken, config.number)
     sink_areas = {sink.name: Areas([sink.area]) for sink in config.sinks}
@@ -143,7 +141,7 @@ def draw_with_traffic(
             people += drawn[0]
             ways += drawn[1]
         except NoRoomError as error:
-            # So that this fault makes no others.
+            # This fault must not cause others.
             floor.keep_bodies(before)
             where = error.key, error.item, error.message
             faults.append(PopulationFault(i, *where))
@@ -169,7 +167,7 @@ def draw_with_traffic(
 def _traffic(
     config: PopulationConfig, sources: list[Source], ways: list[Way]
 ) -> Traffic | None:
-    """Returns where people come and go, if any do."""
+    """Returns the sources and sinks of people, if there are any."""
     if not sources and not any(way.sink for way in ways):
         return None
     places = {sink.name: i for i, sink in enumerate(config.sinks)}
@@ -189,14 +187,14 @@ def _traffic(
 def draw_bodies(cohort: CohortConfig, seed: int, name: str = "") -> Bodies:
     """Draws ages, sexes, speeds and radii of the people of a cohort.
 
-    They are those of `draw_population` (of whom groups walk at the speed of
-    their slowest) if the cohort has this name.
+    They are those of `draw_population` (in which groups walk at the speed of
+    their slowest member) if the cohort has this name.
 
     Args:
         cohort: The cohort.
         seed: In [0, 2^63).
-        name: By default that of the cohort, or "#0", as the first one of
-            those without a name is called.
+        name: By default that of the cohort, or "#0", the name of the first one
+            without a name.
 
     Raises:
         ValueError: If the seed is not such a number.
@@ -211,7 +209,7 @@ def _draw_cohort(
     floor: Floor,
     group_id: int,
 ) -> tuple[list[HumanConfig], list[Way]]:
-    """Draws the people of one cohort, whose bodies the floor then has."""
+    """Draws the people of one cohort, and adds their bodies to the floor."""
     bodies = draw_body_values(cohort, streams)
     behaviors = draw_behaviors(cohort, streams)
     start = Areas(cohort.start)
@@ -239,23 +237,11 @@ def _draw_cohort(
             raise NoRoomError("start", None, _no_room(cohort, len(people)))
         floor.add_bodies(np.column_stack([points, radii]))
         way = draw_way(cohort, goal_areas, sink_areas, streams, floor, g)
-        in_group = len(members) > 1
-        speed = float(bodies.speeds[members].min())
-        for k, (x, y) in zip(members, points.tolist(), strict=True):
-            people.append(
-                make_person(
-                    cohort,
-                    k,
-                    pose=(x, y, float(bodies.yaws[k])),
-                    behavior=behaviors[k],
-                    speed=speed,
-                    body_radius=float(bodies.radii[k]),
-                    group_id=group_id if in_group else -1,
-                    way=way,
-                )
-            )
-            ways.append(way)
-        group_id += in_group
+        people += make_group(
+            *(cohort, members, points, bodies, behaviors, group_id, way)
+        )
+        ways += [way] * len(members)
+        group_id += len(members) > 1
     return people, ways
 
 

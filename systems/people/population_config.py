@@ -49,16 +49,16 @@ def _check_weights[T: (dict[str, float], list[float])](weights: T) -> T:
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class AgeBand:
-    """A share of people, of ages that are drawn evenly."""
+    """A share of people with uniformly distributed ages."""
 
     low: Age
-    """The lowest age of the band, in years."""
+    """Lowest age of the band, in years."""
 
     high: Age
-    """The highest age of the band, in years."""
+    """Highest age of the band, in years."""
 
     weight: Weight = 1.0
-    """How many they are, in proportion to the other bands."""
+    """Share of people in the band, in proportion to the other bands."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -96,13 +96,13 @@ def _check_radii(radii: tuple[float, float]) -> tuple[float, float]:
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SpeedDistribution:
-    """Speeds that are normally distributed, whatever age and sex."""
+    """Normally distributed speeds, independent of age and sex."""
 
     mean: PositiveSpeed
-    """The mean speed, in m/s."""
+    """Mean speed, in m/s."""
 
     deviation: Speed = 0.0
-    """The deviation, in m/s. Nobody is farther than three from the mean."""
+    """Standard deviation, in m/s. All speeds are within three of the mean."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -119,54 +119,54 @@ class SpeedDistribution:
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class MembersConfig:
-    """What people of one kind have in common: how each of them is drawn."""
+    """The common options of people of one kind: how each of them is drawn."""
 
     name: Annotated[Name, Field(max_length=50)] = ""
-    """What they are called: "guest" are guest_1, guest_2, ...; by default they
-    are named as people without a name. What is drawn of a cohort hangs on its
-    name, or, if it has none, on its place in the list."""
+    """Name of these people: with "guest" they are guest_1, guest_2, ...; by
+    default they are named like people without a name. The draws of a cohort
+    depend on its name or, without one, on its index in the list."""
 
     spacing: Length = 0.1
-    """The space between two bodies at the start, at least, in meters. With 0.1
-    about 2 people find room on a square meter, with 0 about 3."""
+    """Least gap between two bodies at the start, in meters. With 0.1 about 2
+    people fit on a square meter, with 0 about 3."""
 
     goals: Annotated[list[Area], Field(max_length=1000)] = field(
         default_factory=list
     )
-    """Where they go: in each of these areas, in this order, each person or
-    group has a place of its own, clear of walls; a point is the same for all.
-    With none they stand."""
+    """Areas of the goals: each person or group has a place of its own in each
+    of them, in this order, clear of walls; a point is the same for all. Without
+    goals, people stand."""
 
     shuffle_goals: StrictBool = False
     """Whether each person or group has an order of its own instead."""
 
     sinks: dict[StrictStr, Weight] = field(default_factory=dict)
-    """The sinks at which they leave, after their goals, with weights in
-    proportion to which one of them is drawn for each person or group."""
+    """Sinks at which people leave after their goals, by name, with weights: one
+    is drawn for each person or group in proportion to these."""
 
     goal_radius: PositiveLength = 0.3
-    """The distance at which a goal counts as reached, in meters."""
+    """Distance at which a goal counts as reached, in meters."""
 
     radius: BodyRadius = 0.35
-    """The radius of the disc that others keep off, in meters."""
+    """Radius of the disc that others keep clear of, in meters."""
 
     forces: SocialForceParameters = field(default_factory=SocialForceParameters)
-    """The weights of the forces."""
+    """Weights of the forces."""
 
     forces_mode: ForcesMode = "custom"
-    """Whether factors of the forces are as in `forces` ("custom"), HuNavSim's
-    ("default"), or drawn for each person."""
+    """Source of the factors of the forces: as in `forces` ("custom"), as in
+    HuNavSim ("default"), or drawn for each person."""
 
     body_radius: Annotated[BodyRadii, AfterValidator(_check_radii)] = (
         0.2,
         0.25,
     )
-    """The radii of bodies, drawn evenly between two, in meters."""
+    """Range of the radii of bodies, which are drawn uniformly, in meters."""
 
     behaviors: Annotated[
         dict[StrictStr, Weight], AfterValidator(_check_weights)
     ] = field(default_factory=lambda: {"regular": 1.0})
-    """The behaviors, by name or by the path of an XML file, with weights in
+    """Behaviors, by name or by the path of an XML file, with weights in
     proportion to which they are drawn."""
 
     group_sizes: Annotated[
@@ -174,18 +174,18 @@ class MembersConfig:
         Field(min_length=1, max_length=20),
         AfterValidator(_check_weights),
     ] = field(default_factory=lambda: [1.0])
-    """The sizes of groups: the weights of being alone, two, three, ... People
+    """Sizes of groups: the weights of one person alone, two, three, ... People
     of a group start together, have the same goals and walk as fast as the
     slowest."""
 
     ages: Annotated[
         list[AgeBand], Field(min_length=1), AfterValidator(_check_bands)
     ] = field(default_factory=lambda: [AgeBand(low=18.0, high=80.0)])
-    """The ages, from which, with the sexes, the speeds follow: see
+    """Ages, from which, with the sexes, the speeds follow: see
     `hunav_drake.systems.people.walking_speeds`."""
 
     share_of_women: Share = 0.5
-    """How many of them are women; the others are men."""
+    """Share of women among them; the others are men."""
 
     speed: SpeedDistribution | None = None
     """Speeds that do not follow from age and sex."""
@@ -207,20 +207,21 @@ class MembersConfig:
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class CohortConfig(MembersConfig):
-    """People of one kind, who are here from the start."""
+    """People of one kind who are present from the start."""
 
     number: Annotated[Integer, Field(ge=0, le=5000)]
-    """How many they are."""
+    """Number of people."""
 
     start: Annotated[
         list[Annotated[Area, AfterValidator(_check_start)]], Field(min_length=1)
     ]
-    """Where they start: evenly in all of these areas (no points), their discs
-    of `radius` clear of walls, of the listed people's and of the robot's."""
+    """Areas in which people start, uniformly distributed (no points), with
+    their discs of `radius` clear of walls, of the listed people's and of the
+    robot's."""
 
     cyclic: StrictBool | None = None
-    """Whether the first goal follows the last; by default as of listed people,
-    and not for those who leave at sinks."""
+    """Whether the first goal follows the last; by default as for listed people,
+    and not for people who leave at sinks."""
 
     @model_validator(mode="after")
     def _check_end(self) -> Self:
@@ -238,30 +239,31 @@ class SourceConfig(MembersConfig):
     """A place where people come in, one after the other, and go to sinks."""
 
     name: Annotated[Name, Field(min_length=1, max_length=50)]
-    """How it is called. The people who come are north_1, north_2, ..."""
+    """Name of the source. With "north", its people are north_1, north_2, ..."""
 
     start: Annotated[list[Area], Field(min_length=1)]
-    """Where they come in: evenly in all of these areas, or at a point, their
-    discs of `radius` clear of walls. Who finds no place waits outside."""
+    """Areas in which people come in, uniformly distributed, or a point, with
+    their discs of `radius` clear of walls. People without a place wait
+    outside."""
 
     rate: Annotated[StrictFloat, within(0, 100, "people/s")]
-    """How many people come per second on average. They come independently of
+    """Mean number of people who come per second. They come independently of
     one another (a Poisson process, drawn by the seed of the trial); those of a
     group come together."""
 
     max_present: Annotated[Integer, Field(ge=1, le=5000)]
-    """How many people of it are here at the same time, at most: while they are,
-    others wait outside. They are the same people again and again: who has left
-    comes back in turn."""
+    """Largest number of people of the source who are here at the same time;
+    others wait outside. They are the same people again and again: people who
+    have left come back in turn."""
 
     sinks: Annotated[dict[StrictStr, Weight], AfterValidator(_check_weights)]
-    """The sinks at which they leave, after their goals, one at least, with
-    weights in proportion to which one of them is drawn for each person or
-    group."""
+    """Sinks at which people leave after their goals, at least one, by name,
+    with weights: one is drawn for each person or group in proportion to
+    these."""
 
     @property
     def number(self) -> int:
-        """How many people are drawn."""
+        """The number of people who are drawn."""
         return self.max_present
 
     @property
@@ -273,41 +275,41 @@ class SourceConfig(MembersConfig):
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class SinkConfig:
-    """A place where people leave whose last goal it is."""
+    """A place where people leave, as their last goal."""
 
     name: Annotated[Name, Field(min_length=1, max_length=50)]
-    """How sources and cohorts name it."""
+    """Name of the sink in sources and cohorts."""
 
     area: Area
-    """Where it is. Each person or group walks to a place of its own in it."""
+    """Area of the sink. Each person or group walks to its own place in it."""
 
     radius: Length = 0.3
-    """Who is as near as this to the area is gone, in meters; so is who is as
-    near as their own `goal_radius`."""
+    """Distance from the area at which people are gone, in meters; so are people
+    within their own `goal_radius` of it."""
 
     rate: Annotated[StrictFloat, within(0.01, 100, "people/s")] | None = None
-    """How many people leave per second, at most, as through a turnstile, the
-    nearest first; the others wait for it. By default, any number."""
+    """Largest number of people who leave per second, as through a turnstile,
+    nearest first; the others wait. By default there is no limit."""
 
 
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class PopulationConfig:
-    """People who are drawn, besides those who are listed."""
+    """People who are drawn, in addition to those who are listed."""
 
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] | None = None
-    """All that is drawn of the people follows from this number: with one, all
-    trials are of the same people. By default it is the seed of the trial, so
-    that each trial is of other people; without a trial, 0."""
+    """Seed from which all draws of the people follow: if given, all trials have
+    the same people. By default it is the seed of the trial, so that each trial
+    has other people; without a trial, 0."""
 
     cohorts: list[CohortConfig] = field(default_factory=list)
-    """The kinds of people."""
+    """Kinds of people."""
 
     sources: list[SourceConfig] = field(default_factory=list)
-    """Where people come in while the trial runs."""
+    """Places where people come in while the trial runs."""
 
     sinks: list[SinkConfig] = field(default_factory=list)
-    """Where people leave."""
+    """Places where people leave."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -347,5 +349,5 @@ class PopulationConfig:
 
     @property
     def number(self) -> int:
-        """How many people are drawn."""
+        """The number of people who are drawn."""
         return sum(members.number for _, members in self.members())

@@ -1,8 +1,8 @@
-"""Profiles: the values that keys have when they are left out.
+"""Profiles: the values of keys that are left out.
 
 A profile stands for another program. `crowd: {profile: hunavsim}` gives every
-parameter the value that does what HuNavSim does; what is written beside it
-counts all the same.
+parameter the value that does what HuNavSim does; keys beside it take
+precedence.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,14 +19,14 @@ ProfileName = Literal["default", "hunavsim"]
 
 
 class Profile(NamedTuple):
-    """What keys are by default.
+    """The default values of keys.
 
     Attributes:
-        crowd: By the fields of CrowdConfig; those not here are as written
-            there.
+        crowd: By the fields of CrowdConfig; the others have the defaults that
+            are written there.
         human: By the fields of HumanConfig that are None if left out.
-        single: The fields of HumanConfig that are rounded to single precision,
-            and if there are any, so is the yaw of the pose.
+        single: The fields of HumanConfig that are rounded to single precision;
+            if there are any, so is the yaw of the pose.
     """
 
     crowd: Mapping[str, Any]
@@ -34,8 +34,8 @@ class Profile(NamedTuple):
     single: tuple[str, ...] = ()
 
 
-# A row is a field and the value that does what the program does. Behaviors
-# follow from `hunav_drake.systems.behavior.profiles`.
+# A row is a field and the value that does what the program does. The behaviors
+# are in `hunav_drake.systems.behavior.profiles`.
 PROFILES: Mapping[str, Profile] = MappingProxyType(
     {
         "default": Profile(crowd={}, human={"cyclic": False}),
@@ -68,11 +68,11 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
 def complete_people(
     humans: Sequence[HumanConfig], profile: ProfileName
 ) -> list[HumanConfig]:
-    """Returns people as they are with a profile, with names and numbers.
+    """Returns people with the values of a profile, with names and numbers.
 
     Args:
         humans: The people, which are not changed.
-        profile: What gives the values that they do not have.
+        profile: The profile that gives the missing values.
     """
     _, defaults, single = PROFILES[profile]
     result = []

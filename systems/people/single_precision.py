@@ -1,8 +1,8 @@
 """Bearings in single precision, as HuNavSim's people have them; compiled.
 
 In C++, the sine of a number in single precision is computed in it. That of the
-C library is not always the rounded one, so it is called here, too: numba calls
-it for such numbers.
+C library is not always the correctly rounded one, so it is called here, too:
+numba calls it for such numbers.
 """
 
 import math
@@ -14,7 +14,7 @@ from hunav_drake.systems.common.kernels import jit_as
 
 @jit_as(float32, float32, float32, float32)
 def bearing(dx, dy, yaw):
-    """Returns where an offset points to, from a heading, in [-pi, pi]."""
+    """Returns the bearing of an offset from a heading, in [-pi, pi]."""
     c = math.cos(yaw)
     s = math.sin(yaw)
     return math.atan2(-dx * s + dy * c, dx * c + dy * s)
@@ -22,7 +22,7 @@ def bearing(dx, dy, yaw):
 
 @jit_as(float32, float32, float32, float64)
 def bearing_in_view(dx, dy, yaw):
-    """Returns the same by a heading in double precision."""
+    """Returns the same from a heading in double precision."""
     c = math.cos(yaw)
     s = math.sin(yaw)
     x = float64(dx)

@@ -18,14 +18,14 @@ from hunav_drake.systems.people.members import (
     draw_body_values,
     draw_groups,
     draw_way,
-    make_person,
+    make_group,
     stream_of,
 )
 from hunav_drake.systems.people.placement import Areas, Floor, draw_points
 from hunav_drake.systems.people.population_config import SourceConfig
 from hunav_drake.systems.people.traffic import Source, place_party
 
-# How many places a source has where people may come in, if it is no point.
+# The number of places of a source where people may come in, if it is no point.
 _PLACES = 64
 
 
@@ -34,9 +34,9 @@ class DrawnSource(NamedTuple):
 
     Attributes:
         source: The source.
-        people: Those who come, in the order of its parties. Their poses are
-            places where they may come in.
-        ways: Where each of them goes.
+        people: The people who come, in the order of its parties. Their poses
+            are places where they may come in.
+        ways: The goals of each of them.
     """
 
     source: Source
@@ -54,17 +54,10 @@ def draw_source(
 ) -> DrawnSource:
     """Draws the people who come in at a source.
 
-    Args:
-        config: The source.
-        sink_areas: Where the sinks are, by name.
-        seed: That of the population.
-        floor: What the walls leave.
-        first_row: How many people come before those of the source.
-        group_id: The number of the first group.
-
-    Raises:
-        NoRoomError: If there is no place to come in or to go to, or if the
-            rate asks for more people.
+    `sink_areas` are those of the sinks, by name; `first_row` people come before
+    those of the source, and `group_id` is the number of its first group. If
+    there is no place to come in or to go to, or if the rate needs more people,
+    a NoRoomError says so.
     """
     streams = Streams(seed, config.name)
     places = _draw_places(config, streams, floor)
@@ -76,30 +69,18 @@ def draw_source(
     groups = draw_groups(config, streams)
     for g, members in enumerate(groups):
         radii = bodies.radii[members].tolist()
-        # They begin with other places, one after the other.
+        # Each group starts with another place.
         order = np.roll(places, -g, axis=0)
         free = np.ones((len(members), len(order)), dtype=bool)
         points = place_party(order, free, radii, config.spacing)
         if points is None:
             raise NoRoomError("start", None, _no_room_for(len(members)))
         way = draw_way(config, goal_areas, sink_areas, streams, floor, g)
-        in_group = len(members) > 1
-        speed = float(bodies.speeds[members].min())
-        for k, (x, y) in zip(members, points.tolist(), strict=True):
-            people.append(
-                make_person(
-                    config,
-                    k,
-                    pose=(x, y, float(bodies.yaws[k])),
-                    behavior=behaviors[k],
-                    speed=speed,
-                    body_radius=float(bodies.radii[k]),
-                    group_id=group_id if in_group else -1,
-                    way=way,
-                )
-            )
-            ways.append(way)
-        group_id += in_group
+        people += make_group(
+            *(config, members, points, bodies, behaviors, group_id, way)
+        )
+        ways += [way] * len(members)
+        group_id += len(members) > 1
     _check_number(config, people)
     source = Source(
         name=config.name,
@@ -115,7 +96,7 @@ def draw_source(
 
 
 def _draw_places(config: SourceConfig, streams: Streams, floor: Floor) -> Array:
-    """Returns where people may come in, shape (k, 2)."""
+    """Returns the places where people may come in, shape (k, 2)."""
     areas = Areas(config.start)
     places = draw_points(
         areas,
@@ -141,14 +122,11 @@ def _no_room_for(size: int) -> str:
 
 
 def _check_number(config: SourceConfig, people: Sequence[HumanConfig]) -> None:
-    """Checks that those who come can be those who have left.
+    """Checks that there are enough people for the rate of a source.
 
-    By Little's law, rate times the mean time that people are here is how many
-    are here on average. They are here at least as long as straight ways at
-    the desired speed take.
-
-    Raises:
-        NoRoomError: If that is more than there are.
+    By Little's law, the mean number of people present is the rate times their
+    mean time of stay, which is at least that of straight ways at the desired
+    speed. If there are fewer people, a NoRoomError says so.
     """
     times = []
     for human in people:

@@ -1,4 +1,4 @@
-"""Where people start."""
+"""The starts of people."""
 
 from collections.abc import Sequence
 
@@ -21,8 +21,8 @@ def draw_starts(
     """Returns the states (n, 6) in which people start, at rest, in W.
 
     Offsets of x and y from those of the configurations are drawn by the seed,
-    evenly from [-jitter, jitter) meters. Those without a number have the one
-    that `people_ids` gives.
+    uniformly in [-jitter, jitter) meters. People without a number have that of
+    `people_ids`.
 
     Raises:
         ValueError: If the seed is not a whole number in [0, 2^63).

@@ -1,8 +1,8 @@
-"""Where people come in and leave, once they are drawn.
+"""The sources and sinks of people who have been drawn.
 
 All people who may come are known beforehand: each source has a fixed number
 of them, who come in turn. So vectors keep their size, and a trial its one
-Context. Who is outside has a row of `layout.OUTSIDE`.
+Context. People outside have rows of `layout.OUTSIDE`.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array, Mask
 
-# From how far from the first the others of a group come in, in meters.
+# The largest distance of the others of a group from the first, in meters.
 _GROUP_REACH = 3.0
 
 
@@ -22,13 +22,14 @@ class Source(NamedTuple):
     """A place where people come in.
 
     Attributes:
-        name: How it is called.
-        rate: How many parties, people or groups, come per second on average.
-        stream: The first of the numbers that its draws have.
+        name: Its name.
+        rate: The mean number of parties, people or groups, that come per
+            second.
+        stream: The first stream number of its draws.
         parties: The rows of the people of each party. They come in turn.
-        places: Where they may come in, shape (k, 2), in W, in meters; clear
-            of walls.
-        spacing: The space that is free around who comes in, in meters.
+        places: The places where people may come in, shape (k, 2), in W, in
+            meters; clear of walls.
+        spacing: The free gap around people who come in, in meters.
     """
 
     name: str
@@ -43,11 +44,11 @@ class Sink(NamedTuple):
     """A place where people leave.
 
     Attributes:
-        name: How it is called.
+        name: Its name.
         vertices: The corners of its area in W, shape (k, 2), in meters; one
             for a point.
-        radius: From how far of it people are gone, in meters.
-        rate: How many people leave per second, at most.
+        radius: The distance from it at which people are gone, in meters.
+        rate: The largest number of people who leave per second.
     """
 
     name: str
@@ -57,13 +58,13 @@ class Sink(NamedTuple):
 
 
 class Traffic(NamedTuple):
-    """Who comes in and leaves, and where.
+    """The sources and sinks of people.
 
     Attributes:
         sources: The sources.
         sinks: The sinks.
-        sink_of: The sink at which each person leaves, shape (n,); -1 for who
-            stays.
+        sink_of: The sink at which each person leaves, shape (n,); -1 for
+            people who stay.
         exits: The last goal of each, in the sink, shape (n, 2), in meters.
     """
 
@@ -73,7 +74,7 @@ class Traffic(NamedTuple):
     exits: Array
 
     def after(self, count: int) -> Self:
-        """Returns the same, with so many people before who stay."""
+        """Returns the same, with `count` people before who stay."""
         return self._replace(
             sources=tuple(
                 source._replace(
@@ -89,7 +90,7 @@ class Traffic(NamedTuple):
         )
 
     def pool(self) -> list[int]:
-        """Returns the rows of all who come in at sources."""
+        """Returns the rows of all people of sources."""
         return [
             row
             for source in self.sources
@@ -101,16 +102,12 @@ class Traffic(NamedTuple):
 def place_party(
     places: Array, free: Mask, bodies: Sequence[float], spacing: float
 ) -> Array | None:
-    """Returns where the people of a party come in, shape (m, 2), or None.
+    """Returns the places (m, 2) where a party comes in, or None.
 
-    The first comes in at the first place with room for all; the others near
-    that one.
-
-    Args:
-        places: Shape (k, 2), in order of preference.
-        free: Where each of them could stand, shape (m, k).
-        bodies: The radii of their bodies, in meters, m of them.
-        spacing: The space between two of them, at least.
+    The first person comes in at the first of the places (k, 2) with room for
+    all; the others near that one. `free` (m, k) says where each of them could
+    stand, `bodies` are the radii of their bodies, and `spacing` is the least
+    gap between two of them, in meters.
     """
     if len(bodies) == 1:
         first = np.flatnonzero(free[0])

@@ -1,4 +1,4 @@
-"""How fast people walk of their own accord, by age and sex.
+"""The free walking speed of people, by age and sex.
 
 The mean speed by age is the curve of the RiMEA guideline (figure "walking speed
 by age", after Weidmann). The guideline prints the bands that it runs through:
@@ -27,7 +27,7 @@ SPEED_DEVIATION = 0.26
 MEAN_SPEED_OF_MEN = 1.41
 MEAN_SPEED_OF_WOMEN = 1.27
 
-# Nobody is farther from the mean than so many deviations.
+# The largest distance from the mean, in deviations.
 MAX_DEVIATIONS = 3.0
 
 
@@ -37,7 +37,7 @@ def mean_walking_speed(age: ArrayLike, is_woman: ArrayLike) -> Array:
     Args:
         age: In years, any shape. Younger than 3 counts as 3, older than 80 as
             80.
-        is_woman: Truths, of a shape that fits.
+        is_woman: Booleans, of a shape that fits.
     """
     sex = np.where(is_woman, MEAN_SPEED_OF_WOMEN, MEAN_SPEED_OF_MEN)
     years = np.asarray(age, dtype=float)
@@ -45,7 +45,7 @@ def mean_walking_speed(age: ArrayLike, is_woman: ArrayLike) -> Array:
 
 
 def walking_speed_deviation(mean: ArrayLike) -> Array:
-    """Returns the deviation, in m/s, that goes with a mean speed, in m/s."""
+    """Returns the deviation of the speeds with a mean, both in m/s."""
     return np.asarray(mean, dtype=float) * (SPEED_DEVIATION / MEAN_SPEED)
 
 
@@ -54,15 +54,15 @@ def normal_quantiles(
 ) -> Array:
     """Returns quantiles of normal distributions cut off on both sides.
 
-    Nothing is farther from the mean than `MAX_DEVIATIONS` deviations; before
-    it is cut off, the distribution has that deviation.
+    No quantile is farther from the mean than `MAX_DEVIATIONS` deviations; the
+    deviation is that of the distribution before it is cut off.
 
     Args:
         probabilities: In [0, 1], any shape.
         mean: Of a shape that fits.
         deviation: At least 0, of a shape that fits.
     """
-    # Here, for a scenario can be read without loading SciPy.
+    # Imported here, so that a scenario can be read without loading SciPy.
     from scipy.special import ndtr, ndtri
 
     low = ndtr(-MAX_DEVIATIONS)

@@ -1,4 +1,4 @@
-"""The weights of the forces on people who are not all alike.
+"""The weights of the forces on people who differ from each other.
 
 The modes are those of HuNavSim 2.0, and so are the distributions.
 """
@@ -29,12 +29,12 @@ from hunav_drake.systems.people.parameters import (
 
 
 class Weight(NamedTuple):
-    """How one factor of the forces differs between people.
+    """The distributions of one factor of the forces.
 
     Attributes:
         mean: The mean of the normal distribution.
         deviation: Its standard deviation.
-        least: What is drawn below this becomes this.
+        least: The least value: lower draws become this.
         low: The lower end of the uniform distribution.
         high: Its upper end, which is not drawn itself.
     """
@@ -58,14 +58,14 @@ WEIGHTS: Mapping[str, Weight] = MappingProxyType(
 
 
 def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
-    """Returns the weights of people, as their modes give them.
+    """Returns the weights of people, according to their modes.
 
     Each person's draws follow from the seed and the person's number alone:
     they stay as they are when others are added or removed.
 
     Args:
-        humans: The people. Those without a number have the one that
-            `people_ids` gives.
+        humans: The people. People without a number have that of
+            `people_ids`.
         seed: The seed of the trial, in [0, 2^63).
 
     Returns:
@@ -91,7 +91,7 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
     return weights
 
 
-# Those of the factors that are drawn.
+# The columns of the factors that are drawn.
 _COLUMNS = [PARAMETERS.index(name) for name in WEIGHTS]
 _MEAN, _DEVIATION, _LEAST, _LOW, _HIGH = np.transpose(list(WEIGHTS.values()))
 _as_written = operator.attrgetter(*PARAMETERS)
@@ -99,7 +99,7 @@ _as_default = operator.attrgetter(*WEIGHTS)
 
 
 def _draw(mode: ForcesMode, seed: int, ids: Sequence[int]) -> Any:
-    """Returns what stands in for the factors as written, in some modes."""
+    """Returns the values that replace the written factors in some modes."""
     if mode == "random_normal":
         draws = draw_normal(seed, ids, Purpose.WEIGHTS_NORMAL, len(WEIGHTS))
         return np.maximum(_LEAST, _MEAN + _DEVIATION * draws)

@@ -1,4 +1,4 @@
-"""Where ways lead around corners: the vertices of a visibility graph."""
+"""The places around corners: the vertices of a visibility graph."""
 
 from collections.abc import Iterator
 import itertools
@@ -47,7 +47,7 @@ def _corners(
 ) -> Iterator[tuple[Array, float, float]]:
     """Yields the convex corners of a shape (s, 4) that people walk around.
 
-    With each (2,) come the direction of the normal of the wall before it, and
+    Each (2,) comes with the direction of the normal of the wall before it, and
     the angle by which that turns there, in radians: pi at the end of a thin
     wall.
     """
@@ -64,7 +64,7 @@ def _corners(
         yield segments[-1, 2:], angles[-1] - math.pi / 2, math.pi
     for i in range(0 if closed else 1, len(segments)):
         turn = math.remainder(angles[i] - angles[i - 1], 2 * math.pi)
-        # To the left of a solid's outline is its inside.
+        # The inside of a solid is to the left of its outline.
         if turn > _STRAIGHT or (turn < -_STRAIGHT and not solid):
             side = math.copysign(math.pi / 2, turn)
             yield segments[i, :2], angles[i - 1] - side, turn

@@ -1,4 +1,4 @@
-"""How far the places of a grid are from the nearest wall."""
+"""The distances of the places of a grid from the nearest wall."""
 
 from dataclasses import dataclass
 import math
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.nearest import signed_distances
 
-# The most places of a field: 200 MB.
+# The largest number of places of a field: 200 MB.
 _MOST = 25_000_000
 
 
@@ -32,8 +32,8 @@ class DistanceField:
     def at(self, points: ArrayLike) -> Array:
         """Returns the distances of points (..., 2), in meters.
 
-        They are those of the nearest places of the grid, and within it off by
-        at most ``resolution / sqrt(2)``.
+        They are those of the nearest places of the grid; within it, their
+        error is at most ``resolution / sqrt(2)``.
         """
         cells = (
             np.asarray(points, dtype=float) - self.origin
@@ -47,7 +47,7 @@ class DistanceField:
 def distance_field(
     table: Array, resolution: float, bounds: tuple[float, float, float, float]
 ) -> DistanceField:
-    """Returns what `Obstacles.distance_field` does, of its `table`."""
+    """Returns the field of `Obstacles.distance_field` from its `table`."""
     x0, y0, x1, y1 = map(float, bounds)
     if not 0 < resolution < math.inf:
         raise ValueError(f"resolution must be positive, got {resolution} m")

@@ -1,7 +1,7 @@
-"""What models of files are for walkers: their collision geometry, cut.
+"""The collision geometry of models of files, as obstacles of people.
 
 Drake reads the models. Each collision geometry counts as its convex hull, as
-it does in Drake's contacts of meshes.
+in Drake's contacts of meshes.
 """
 
 import functools
@@ -30,10 +30,10 @@ from hunav_drake.systems.world.solids import (
     rectangle,
 )
 
-# Between these heights something is in the way of who walks, in meters.
+# The range of heights in which a geometry is an obstacle, in meters.
 WALKING_HEIGHTS = (0.05, 1.8)
 
-# The circles that stand for what is round from top to bottom.
+# The number of circles of a round shape from top to bottom.
 _RINGS = 9
 
 
@@ -42,11 +42,8 @@ def model_hulls(
 ) -> tuple[Hull, ...]:
     """Returns the convex hulls of a file's collision geometries, in W.
 
-    They are kept for the files read last, as long as these do not change.
-
-    Args:
-        filename: See `AddModelFile`.
-        pose: Where the models stand, (x, y, yaw).
+    Those of the files read last are cached, as long as these do not change. See
+    `AddModelFile` for the arguments.
 
     Raises:
         WorldFileError: If the file cannot be read, or has no collision
@@ -60,7 +57,7 @@ def model_hulls(
 
 
 def footprint(hull: Hull) -> Array | None:
-    """Returns what a walker meets of a hull; None if it is over or under."""
+    """Returns the outline of a hull at walking heights; None without one."""
     return hull.slice(*WALKING_HEIGHTS)
 
 

@@ -55,9 +55,9 @@ def nearest_on_segments(x, y, segments, lo, hi):
 def _nearest_in_run(x, y, run, best, row, walls):
     """Writes the nearest point of a run, if it is nearer than the best so far.
 
-    `row` is that best, as `shapes_within` gives it, and `best` its squared
-    distance; that of the better one is returned. Of equal ones the segment with
-    the lower number counts.
+    `row` is the best so far, as `shapes_within` gives it, and `best` its
+    squared distance; that of the new best is returned. At equal distances, the
+    segment with the lower number is taken.
     """
     for s in range(walls.runs[run, 0], walls.runs[run, 1]):
         px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
@@ -72,14 +72,12 @@ def _nearest_in_run(x, y, run, best, row, walls):
 
 @jit
 def shapes_within(x, y, reach, most, walls):
-    """Returns the nearest points of the shapes that a person feels.
+    """Returns the nearest points (n, 4) of the shapes that act on a person.
 
     They are the shapes within `reach` meters of the person at (x, y), at most
-    the nearest `most` of them; 0 is for all.
-
-    Returns:
-        Shape (n, 4): rows (x, y, squared distance, segment), in the order of
-        the shapes, or from near to far if `most` leaves some out.
+    the nearest `most` of them; 0 is all. Rows are (x, y, squared distance,
+    segment), in the order of the shapes, or from near to far if some are left
+    out.
     """
     edge = reach * (1 + 1e-12) + 1e-12 * (abs(x) + abs(y))
     runs = runs_in(x - edge, y - edge, x + edge, y + edge, walls)
@@ -99,7 +97,7 @@ def shapes_within(x, y, reach, most, walls):
             hi += 1
         if lower[nearest] > edge * edge:
             continue
-        # The nearest box first, so that few others need a look.
+        # The nearest box first, so that few others are needed.
         best = _nearest_in_run(
             x, y, runs[nearest], math.inf, found[count], walls
         )
@@ -126,8 +124,8 @@ def shapes_within(x, y, reach, most, walls):
 def nearest_within(x, y, bound, walls):
     """Returns the nearest point (x, y) of all walls, and its distance^2.
 
-    Walls do not count whose squared distance is above `bound`. With none left,
-    the distance is infinite.
+    Walls with a squared distance above `bound` do not count. Without any
+    others, the distance is infinite.
     """
     best = bound
     best_x = 0.0
@@ -154,7 +152,7 @@ def nearest_within(x, y, bound, walls):
 
 @jit
 def straddles(x, y, segments, s):
-    """Tells whether a ray from a point along +x meets segment `s`.
+    """Returns whether a ray from a point along +x meets segment `s`.
 
     A point is inside a closed outline if it does so an odd number of times.
     """
@@ -168,7 +166,7 @@ def straddles(x, y, segments, s):
 
 @jit
 def inside_shape(x, y, walls, k):
-    """Tells whether a point is inside shape `k`; a thin wall has no inside."""
+    """Returns whether a point is inside shape `k`; never of a thin wall."""
     if not walls.solid[k]:
         return False
     odd = False
@@ -179,7 +177,7 @@ def inside_shape(x, y, walls, k):
 
 @jit
 def inside_any(x, y, walls):
-    """Tells whether a point is inside a solid."""
+    """Returns whether a point is inside a solid."""
     runs = runs_in(x, y, math.inf, y, walls)
     odd = False
     for i in range(len(runs)):
@@ -229,7 +227,7 @@ def nearest_on_walls(points, table):
 
 @jit_as(numba.boolean[:, ::1], MATRIX, WALLS)
 def inside_shapes(points, table):
-    """Tells which points (m, 2) lie inside each of k shapes: shape (m, k)."""
+    """Returns which points (m, 2) lie inside each of k shapes, (m, k)."""
     walls = opened(table)
     within = np.empty((len(points), len(walls.solid)), dtype=np.bool_)
     for i in range(len(points)):

@@ -1,4 +1,4 @@
-"""Walls as arrays: what crowd, planners and metrics compute with."""
+"""Walls as arrays, for crowd, planners and metrics."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -15,7 +15,7 @@ from hunav_drake.systems.world.wall_table import wall_table
 if TYPE_CHECKING:
     from hunav_drake.systems.world.distance_field import DistanceField
 
-# Directions that differ less are the same, in radians.
+# Directions that differ by less are the same, in radians.
 _SAME = 1e-9
 
 
@@ -39,7 +39,7 @@ class Obstacles:
     solid: Mask
 
     def __post_init__(self) -> None:
-        # All systems of a diagram, and models that are not ours, share them.
+        # All systems of a diagram, and users' models, share them.
         for field in fields(self):
             view = getattr(self, field.name).view()
             view.setflags(write=False)
@@ -81,7 +81,7 @@ class Obstacles:
         return hash(self.digest)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # What follows from the arrays is not sent to other processes.
+        # Data derived from the arrays are not sent to other processes.
         return type(self), (self.segments, self.first, self.solid)
 
     @cached_property
@@ -93,10 +93,10 @@ class Obstacles:
     def joined(self) -> Self:
         """The outlines, with a shape for each straight wall; none is solid.
 
-        Walls that share an end and lie on one line are one: so nothing hangs
-        on how many pieces, or shapes, a wall is written in.
+        Walls that share an end and lie on one line are one: so the result does
+        not depend on how many pieces, or shapes, a wall has.
         """
-        # Here, for most who read a scenario do without.
+        # Imported here, as most readers of scenarios do without.
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
@@ -158,8 +158,8 @@ def _distance_field(
     resolution: float,
     bounds: tuple[float, float, float, float],
 ) -> "DistanceField":
-    """Returns a distance field; the last ones are kept."""
-    # Here, for a scenario can be read without loading numba.
+    """Returns a distance field; the last ones are cached."""
+    # Imported here, so that a scenario can be read without loading numba.
     from hunav_drake.systems.world.distance_field import distance_field
 
     return distance_field(obstacles.table, resolution, bounds)
@@ -170,7 +170,7 @@ def nearest_points(obstacles: Obstacles, points: ArrayLike) -> Array:
 
     All are in W, in meters. The outline counts, also from inside.
     """
-    # Here, for a scenario can be read without loading numba.
+    # Imported here, so that a scenario can be read without loading numba.
     from hunav_drake.systems.world.nearest import nearest_on_shapes
 
     p = np.ascontiguousarray(points, dtype=float)
@@ -192,7 +192,7 @@ def nearest_wall(obstacles: Obstacles, points: ArrayLike) -> Array:
 
 
 def inside(obstacles: Obstacles, points: ArrayLike) -> Mask:
-    """Tells which points (..., 2) lie inside which of k shapes: (..., k).
+    """Returns which points (..., 2) lie inside which of k shapes: (..., k).
 
     Even-odd rule; a thin wall has no inside. Points are in W, in meters.
     """

@@ -1,4 +1,4 @@
-"""Where a straight line meets the walls, compiled by numba."""
+"""The first wall on a straight line, compiled by numba."""
 
 import math
 
@@ -10,11 +10,11 @@ from hunav_drake.systems.world.walls import beyond, opened
 
 @jit
 def first_hit(px, py, qx, qy, walls):
-    """Returns what `ray_cast` does, given the parts of a table."""
+    """Returns the result of `ray_cast`, given the parts of a table."""
     best = math.inf
     dx = qx - px
     dy = qy - py
-    # The end of what is left of the line.
+    # The end of the remaining line.
     ex = qx
     ey = qy
     box = 0
@@ -31,12 +31,12 @@ def first_hit(px, py, qx, qy, walls):
             ay = walls.segments[s, 1] - py
             bx = walls.segments[s, 2] - px
             by = walls.segments[s, 3] - py
-            # On which side of the line the ends of the segment are.
+            # The sides of the line on which the ends of the segment are.
             a = dx * ay - dy * ax
             b = dx * by - dy * bx
             if (a >= 0) == (b >= 0):
                 continue
-            # Where the segment meets the line through p and q.
+            # The point where the segment meets the line through p and q.
             part = a / (a - b)
             hx = ax + part * (bx - ax)
             hy = ay + part * (by - ay)
@@ -50,7 +50,7 @@ def first_hit(px, py, qx, qy, walls):
 
 @jit_as(float64, REAL, REAL, REAL, REAL, WALLS)
 def ray_cast(px, py, qx, qy, table):
-    """Returns how much of the line from p to q is before the first wall.
+    """Returns the part of the line from p to q before the first wall.
 
     A wall that only touches the line counts or not as if the line were moved
     by a hair, so that no line slips through the joint of two segments.

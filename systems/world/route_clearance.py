@@ -1,9 +1,9 @@
-"""How far the ways of people stay from walls; known without the compiler."""
+"""The clearance of people's ways from walls, without the compiler."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-# A door that everybody finds is a little wider than twice this, in meters.
+# A door that everybody passes is a little wider than twice this, in meters.
 LARGEST_CLEARANCE = 0.3
 
 

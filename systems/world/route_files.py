@@ -1,7 +1,7 @@
 """Maps of ways on disk, for the next process.
 
-They are in the user's cache folder. HUNAV_CACHE names another folder, and
-empty switches this off; nothing is lost if the folder is deleted.
+They are in the user's cache folder. HUNAV_CACHE names another folder, and an
+empty one switches this off; nothing is lost if the folder is deleted.
 """
 
 from collections.abc import Callable
@@ -16,19 +16,20 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write, read_arrays
 
-# The folder of the files, or nothing to do without.
+# The variable with the folder of the files; empty to keep none.
 VARIABLE = "HUNAV_CACHE"
 
 
 def kept(
     key: str, build: Callable[[], tuple[Array, Array]]
 ) -> tuple[Array, Array]:
-    """Returns what is on disk for a key, or else builds it and writes it.
+    """Returns the arrays on disk for a key, or else builds and writes them.
 
     A file that is damaged, or cannot be read or written, does no harm.
 
     Args:
-        key: What the map follows from, beside the sources of this package.
+        key: The data from which the map follows, beside the sources of this
+            package.
         build: Makes the vertices (m, 2) and ways (e, 3) of a `RouteMap`.
     """
     folder = cache_folder()
@@ -50,7 +51,7 @@ def kept(
 
 
 def cache_folder() -> Path | None:
-    """Returns the folder of the files, or None if there is to be none."""
+    """Returns the folder of the files; None to keep none."""
     given = os.environ.get(VARIABLE)
     if given is not None:
         return Path(given) / "routes" if given else None
@@ -61,7 +62,7 @@ def cache_folder() -> Path | None:
 
 @functools.cache
 def _sources() -> str:
-    """Returns a hash of all that decides what a map looks like."""
+    """Returns a hash of the sources from which a map follows."""
     content = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         content.update(path.read_bytes())

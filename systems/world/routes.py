@@ -16,16 +16,16 @@ from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
 from hunav_drake.systems.world.route_files import kept
 
-# Ways may pass corners this much nearer than the vertices lie: so the next
-# vertex comes in sight before the last one is reached.
+# The part of the clearance that ways may leave at corners: so the next vertex
+# comes in sight before the last one is reached.
 _SIGHT = 0.95
 
-# Ways are remembered for so many goals, and so many maps.
+# The numbers of goals, and of maps, whose ways are cached.
 _MOST_GOALS = 1024
 _MOST_MAPS = 8
 
-# From so many segments on, maps are kept on disk. Smaller ones are made in
-# less time than a file takes.
+# The number of segments from which on maps are kept on disk. Smaller ones are
+# made in less time than a file takes.
 KEPT_FROM = 400
 
 
@@ -35,11 +35,11 @@ class RouteMap:
 
     The next waypoint is a pure function of the map, the position and the
     goal: a person who walks to it, and asks again at every step, arrives.
-    Along the way the length of what remains falls by what is walked, so
+    Along the way, the remaining length falls by the length walked, so that
     nobody turns back halfway.
 
     Attributes:
-        obstacles: The walls, without points: those do not stop a way.
+        obstacles: The walls, without points, which do not stop a way.
         sight: The least distance of a way to walls, in meters.
         vertices: Shape (m, 2): places around convex corners, in meters.
         ways: Shape (e, 3): rows (i, j, length), the straight ways between
@@ -58,7 +58,7 @@ class RouteMap:
 
     @functools.cached_property
     def _goal(self) -> Callable[[float, float], Array]:
-        """What `_ways_to` gives for a goal, kept for those asked for last."""
+        """Returns `_ways_to` of a goal, from a cache for the last ones."""
         ways_to = functools.partial(
             _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
         )
@@ -66,7 +66,7 @@ class RouteMap:
 
     @functools.cached_property
     def _goals(self) -> Callable[[bytes], Array]:
-        """What `_goal` gives for some, as rows (x, y), kept for the last ones.
+        """Returns `_goal` of the bytes of rows (x, y), cached for the last.
 
         In most steps, nobody has a new goal.
         """
@@ -75,7 +75,7 @@ class RouteMap:
 
     @functools.cached_property
     def _hidden(self) -> waypoints.Hidden:
-        """What hides vertices, as far as is known: see there."""
+        """The known hiders of vertices: see there."""
         return waypoints.nothing_hidden(len(self.vertices))
 
     @staticmethod
@@ -84,12 +84,12 @@ class RouteMap:
     ) -> "RouteMap":
         """Returns the map of a world.
 
-        The maps asked for last are kept in memory, and those of large worlds
+        The last maps are kept in memory, and those of large worlds
         on disk: see `route_files.py`.
 
         Args:
             obstacles: The walls.
-            clearance: How far around corners the ways lead, in meters. Gaps
+            clearance: The distance of the ways from corners, in meters. Gaps
                 narrower than twice that are no ways.
 
         Raises:
@@ -164,10 +164,11 @@ def _without_points(obstacles: Obstacles) -> Obstacles:
 def _ways_to(
     sight: float, vertices: Array, ways: Array, table: Array, x: float, y: float
 ) -> Array:
-    """Returns what is the same on all ways to a goal (x, y).
+    """Returns the common data of all ways to a goal (x, y).
 
-    The place to go to, the clearance of the last leg, and the length of the way
-    from each vertex, infinite where there is none: see `waypoints.guided`.
+    They are the place to go to, the clearance of the last leg, and the length
+    of the way from each vertex, infinite if there is none: see
+    `waypoints.guided`.
     """
     place: Array = visibility_graph.standing_place(x, y, sight, table)
     for last in (sight, visibility_graph.SQUEEZED * sight):
@@ -183,7 +184,7 @@ def _ways_to(
 def _all_ways_to(
     ways_to: Callable[[float, float], Array], goals: bytes
 ) -> Array:
-    """Returns what `ways_to` gives for goals, the bytes of rows (x, y)."""
+    """Returns the results of `ways_to` for goals, the bytes of rows (x, y)."""
     rows = np.frombuffer(goals).reshape(-1, 2).tolist()
     return np.array([ways_to(x, y) for x, y in rows])
 

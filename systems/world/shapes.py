@@ -28,30 +28,30 @@ from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.solids import Fixture, Prism, turned
 
-# Corners that are nearer to each other are one, in meters.
+# Corners nearer to each other than this are one, in meters.
 SAME_CORNER = 1e-3
 
-# How high the eyes of people are, in meters.
+# The height of people's eyes, in meters.
 EYE_HEIGHT = 1.6
 
-# How high walls are, in meters.
+# The height of walls, in meters.
 WALL_HEIGHT = 2.5
 
 
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class Wall(ABC):
-    """What all shapes of walls have."""
+    """The common options of all shapes of walls."""
 
     solid: ClassVar[bool] = True
     """Whether it has an inside, where nobody can be."""
 
     name: Name = ""
-    """What it is called in messages and in the scene."""
+    """Name in messages and in the scene."""
 
     height: PositiveLength = WALL_HEIGHT
-    """How high it is, in meters: above 1.6 m it hides people. What is higher
-    than people is drawn cut, so that one sees into rooms."""
+    """Height, in meters: above 1.6 m, a wall hides people. Walls higher than
+    people are drawn cut, so that one sees into rooms."""
 
     @abstractmethod
     def vertices(self) -> Array:
@@ -61,7 +61,7 @@ class Wall(ABC):
         """
 
     def solids(self) -> list[Prism]:
-        """Returns what it consists of: one upright prism."""
+        """Returns its solids: one upright prism."""
         return [Prism(self.vertices(), 0.0, self.height, closed=self.solid)]
 
 
@@ -76,13 +76,13 @@ class Box(Wall):
     """A solid rectangle: a wall with its thickness, a block, a box."""
 
     center: Point
-    """The center, in meters."""
+    """Center, in meters."""
 
     size: Size
-    """The full extents along its own axes, in meters."""
+    """Full extents along its own axes, in meters."""
 
     yaw: Angle = 0.0
-    """The rotation about the vertical, in radians."""
+    """Rotation about the vertical, in radians."""
 
     def vertices(self) -> Array:
         """Returns the four corners, counter-clockwise, shape (4, 2)."""
@@ -97,7 +97,7 @@ class Polygon(Wall):
     """A solid simple polygon, in either direction of rotation."""
 
     points: Annotated[Points, Field(min_length=3, max_length=1000)]
-    """The corners, three to a thousand, in meters; the last joins the first."""
+    """Corners, three to a thousand, in meters; the last joins the first."""
 
     def vertices(self) -> Array:
         """Returns the corners, shape (k, 2); those within 1 mm are one."""
@@ -114,7 +114,7 @@ class Polyline(Wall):
     solid: ClassVar[bool] = False
 
     points: Annotated[Points, Field(min_length=2)]
-    """The points, at least two, in meters."""
+    """Points, at least two, in meters."""
 
     def vertices(self) -> Array:
         """Returns the points, shape (k, 2); those within 1 mm are one."""
@@ -133,14 +133,14 @@ class Model:
     """
 
     name: Name = ""
-    """What it is called in messages."""
+    """Name in messages."""
 
     file: FilePath
-    """The file: a path, which starts at the scenario file, or one in a package,
-    as "package://hunav_drake/..."."""
+    """File: a path, relative to the scenario file, or a file in a package, as
+    "package://hunav_drake/..."."""
 
     pose: Pose = (0.0, 0.0, 0.0)
-    """Where it stands: (x, y, yaw) in W, in meters and radians."""
+    """Pose (x, y, yaw) in W, in meters and radians."""
 
 
 @plain_errors
@@ -149,7 +149,7 @@ class World:
     """Everything that does not move."""
 
     walls: list[Annotated[Wall, WALLS]] = field(default_factory=list)
-    """Each wall pushes people away from its nearest point, so a room is four
+    """Walls. Each pushes people away from its nearest point, so a room is four
     walls, not one outline."""
 
     furniture: list[Annotated[Furniture, FURNITURE]] = field(
@@ -158,14 +158,14 @@ class World:
     """Tables, chairs, shelves, ...: see docs/worlds.md."""
 
     map: FilePath | None = None
-    """The YAML file of a map of ROS 2's map_server: its occupied cells are
-    walls of 2.5 m. A path starts at the scenario file."""
+    """YAML file of a map of ROS 2's map_server, relative to the scenario file:
+    its occupied cells are walls of 2.5 m."""
 
     models: list[Model] = field(default_factory=list)
-    """What files of models bring along: racks, machines, a whole building."""
+    """Models of files: racks, machines, a whole building."""
 
     def fixtures(self) -> list[Fixture]:
-        """Returns all that stands in the world, each with its place in it.
+        """Returns all things in the world, each with its place in it.
 
         Raises:
             WorldFileError: If the map or a model cannot be read.
@@ -184,7 +184,7 @@ class World:
         ]
 
     def obstacles(self) -> Obstacles:
-        """Returns what one walks around: the footprints of everything."""
+        """Returns the footprints of everything, which one walks around."""
         shapes = [
             (outline, fixture.closed)
             for fixture in self.fixtures()
@@ -193,10 +193,11 @@ class World:
         return _obstacles(shapes)
 
     def obstacles_at(self, height: float) -> Obstacles:
-        """Returns what a horizontal plane cuts of everything.
+        """Returns the cuts of a horizontal plane with everything.
 
-        At 0.2 m, say, it is the legs of a table, as a lidar meets them; one
-        part begins where another ends, and so the upper one counts there.
+        At 0.2 m, for example, they are the legs of a table, as a lidar meets
+        them. At a height where one part ends and another begins, the upper one
+        counts.
 
         Args:
             height: The height of the plane over the floor, in meters.
@@ -210,9 +211,9 @@ class World:
         return _obstacles(cuts)
 
     def sight_obstacles(self) -> Obstacles:
-        """Returns what people cannot see over or through.
+        """Returns the obstacles that people cannot see over or through.
 
-        It is what is at the height of their eyes, `EYE_HEIGHT`.
+        They are those at the height of their eyes, `EYE_HEIGHT`.
         """
         return self.obstacles_at(EYE_HEIGHT)
 
@@ -238,7 +239,7 @@ def apart(points: Array, *, closed: bool) -> Array:
 def _map_fixtures(filename: str | None) -> list[Fixture]:
     if filename is None:
         return []
-    # Here, for most worlds do without the libraries that read images.
+    # Imported here, as most worlds do without libraries that read images.
     from hunav_drake.systems.world.maps.map_file import map_outlines
 
     outlines = map_outlines(filename)
@@ -247,7 +248,7 @@ def _map_fixtures(filename: str | None) -> list[Fixture]:
 
 
 def _model_fixture(index: int, model: Model) -> Fixture:
-    # Here, for most worlds do without Drake.
+    # Imported here, as most worlds do without Drake.
     from hunav_drake.systems.world.models import footprint, model_hulls
 
     hulls = model_hulls(model.file, model.pose)

@@ -1,7 +1,7 @@
 """Bodies of the fixed world in three dimensions, and horizontal cuts of them.
 
-Whatever stands in a world is a few solids. What people walk around, what a
-lidar at some height meets and what hides others all follow from them.
+Everything in a world consists of a few solids. The obstacles of people, of a
+lidar at some height and of views follow from them.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ import shapely
 
 from hunav_drake.systems.common.arrays import Array
 
-# The corners of what is round.
+# The number of corners of round outlines.
 _SIDES = 16
 
 
@@ -31,7 +31,7 @@ class Solid(Protocol):
         ...
 
     def cut(self, height: float) -> Array | None:
-        """Returns what a horizontal plane cuts of it; None if nothing.
+        """Returns the cut of a horizontal plane with it; None if none.
 
         Args:
             height: The height of the plane over the floor, in meters.
@@ -51,7 +51,7 @@ class Prism:
             is closed.
         low: The height where it begins, in meters.
         high: The height where it ends, in meters; it is not part of it.
-        material: What it is made of, which gives it its color.
+        material: Its material, which gives it its color.
         closed: Whether the outline encloses an inside.
     """
 
@@ -74,7 +74,7 @@ class Hull:
     closed: bool = True
 
     def cut(self, height: float) -> Array | None:
-        """Returns the convex polygon that a plane cuts of it."""
+        """Returns the convex polygon that a plane cuts out of it."""
         return self.slice(height, height)
 
     def slice(self, low: float, high: float) -> Array | None:
@@ -87,8 +87,8 @@ class Hull:
         found = [p[(low <= z) & (z <= high), :2]]
         for plane in {low, high}:
             below, above = p[z < plane], p[z > plane]
-            # The hull meets a plane within the hull of where the lines between
-            # the points of both sides do.
+            # The hull meets a plane within the hull of the points where lines
+            # between points of both sides meet it.
             a, b = below[:, None], above[None]
             part = (plane - a[..., 2]) / (b[..., 2] - a[..., 2])
             crossing = a[..., :2] + part[..., None] * (b - a)[..., :2]
@@ -102,14 +102,14 @@ class Hull:
 
 
 class Fixture(NamedTuple):
-    """One thing that stands in the world.
+    """A thing in the world.
 
     Attributes:
-        place: Where the world says it, as ("walls", 3).
+        place: Its place in the configuration of the world, as ("walls", 3).
         footprints: The outlines that people and robots walk around, each
             (k, 2) in W, in meters.
         closed: Whether the footprints enclose an inside.
-        solids: What it consists of.
+        solids: Its solids.
     """
 
     place: tuple[str | int, ...]

@@ -1,6 +1,6 @@
-"""How near a straight path comes to walls, compiled by numba.
+"""The distances of straight paths from walls, compiled by numba.
 
-The arguments have the names and units that `walls.py` tells.
+The arguments have the names and units of `walls.py`.
 """
 
 import math
@@ -15,7 +15,7 @@ from hunav_drake.systems.world.nearest import (
 )
 from hunav_drake.systems.world.walls import distance2_to_box, segments_near
 
-# The offsets that a place near a wall is tried at, the most roomy first.
+# The offsets at which a place near a wall is tried, the most roomy first.
 _OFFSETS = (1.0, 0.25, 0.0625)
 
 # Lengths that differ less are the same, in meters.
@@ -31,7 +31,7 @@ def distance_to(x, y, segments, s):
 
 @jit
 def crosses(px, py, qx, qy, segments, s):
-    """Tells whether the path from p to q passes through segment `s`.
+    """Returns whether the path from p to q passes through segment `s`.
 
     Touching is not crossing.
     """
@@ -52,12 +52,11 @@ def crosses(px, py, qx, qy, segments, s):
 
 @jit
 def nearest_on_path(px, py, qx, qy, segments, s):
-    """Returns how near the path from p to q comes to segment `s`, and where.
+    """Returns the distance of the path from p to q from segment `s`, and where.
 
-    Returns:
-        The least distance, in meters; and the part of the path, in [0, 1],
-        after which it is reached, an end of the path if it is so there. It is
-        negative for a path that crosses the segment.
+    They are in meters, and as the part of the path, in [0, 1], after which it
+    is reached, an end of the path if it is reached there; negative for a path
+    that crosses the segment.
     """
     if crosses(px, py, qx, qy, segments, s):
         return 0.0, -1.0
@@ -86,14 +85,14 @@ def nearest_on_path(px, py, qx, qy, segments, s):
 
 @jit
 def path_distance(px, py, qx, qy, segments, s):
-    """Returns how near the path from p to q comes to segment `s`."""
+    """Returns the distance of the path from p to q from segment `s`."""
     distance, _ = nearest_on_path(px, py, qx, qy, segments, s)
     return distance
 
 
 @jit
 def is_free(x, y, distance, walls):
-    """Tells whether a point is outside all solids, and that far from walls."""
+    """Returns whether a point is outside solids, and that far from walls."""
     reach = distance + 1e-12 * (abs(x) + abs(y))
     for s in segments_near(x, y, x, y, reach, walls):
         _, _, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
@@ -104,7 +103,7 @@ def is_free(x, y, distance, walls):
 
 @jit
 def _leaves_freely(px, py, qx, qy, walls):
-    """Tells whether a path crosses no shape but those that p is inside."""
+    """Returns whether a path crosses no shape but those that p is inside."""
     for s in segments_near(px, py, qx, qy, 0.0, walls):
         if crosses(px, py, qx, qy, walls.segments, s):
             shape = np.searchsorted(walls.first, s, side="right") - 1
@@ -119,11 +118,9 @@ def nearest_free(x, y, hx, hy, offset, walls):
 
     Of the nearest points and the ends of all segments, it lies beside the
     nearest that has room: `offset` meters away from it, or a quarter or a
-    sixteenth of that. No other wall lies between the point and its place.
-    The direction (hx, hy) decides between equally near places.
-
-    Returns:
-        The place (x, y) and whether there is one; else the point itself.
+    sixteenth of that. No other wall lies between the point and its place. The
+    direction (hx, hy) decides between equally near places. The last result is
+    whether there is a place; else it is the point itself.
     """
     best = math.inf
     best_along = -math.inf

@@ -1,6 +1,6 @@
-"""Who can walk straight to where, compiled by numba.
+"""Straight ways between points, compiled by numba.
 
-The arguments have the names and units that `walls.py` tells.
+The arguments have the names and units of `walls.py`.
 """
 
 import math
@@ -24,17 +24,17 @@ from hunav_drake.systems.world.walls import opened, segments_near
 # Lengths that differ less are the same, in meters.
 _SAME = 1e-9
 
-# Where people or goals are too near to walls for a way with the clearance, one
-# with this part of it may lead on.
+# The part of the clearance of ways for people or goals that are too near to
+# walls.
 SQUEEZED = 0.25
 
-# How many segments are remembered for what they hide.
+# The number of segments that are remembered because they hide points.
 _HIDERS = 6
 
 
 @jit
 def _is_nearer(x, y, px, py, qx, qy, near, segments, r):
-    """Tells whether segment `r` is nearer to (x, y): see `_passes`."""
+    """Returns whether segment `r` is nearer to (x, y): see `_passes`."""
     other = distance_to(x, y, segments, r)
     return other < near - _SAME or (
         other <= near + _SAME
@@ -47,11 +47,11 @@ def _is_nearer(x, y, px, py, qx, qy, near, segments, r):
 
 @jit
 def _passes(px, py, qx, qy, near, where, walls, s):
-    """Tells whether a path first nears and then leaves walls at segment `s`.
+    """Returns whether a path first nears and then leaves walls at segment `s`.
 
     It does not where another wall is nearer, or as near and so from an end of
     the path on. Segment `s` is nearest to neither end; `near` and `where` are
-    what `nearest_on_path` gives for it.
+    the result of `nearest_on_path` for it.
     """
     x = px + where * (qx - px)
     y = py + where * (qy - py)
@@ -71,7 +71,7 @@ def _passes(px, py, qx, qy, near, where, walls, s):
 
 @jit
 def stops(px, py, qx, qy, clearance, walls, s):
-    """Tells whether segment `s` is in the way: see `sees`."""
+    """Returns whether segment `s` is in the way: see `sees`."""
     segments = walls.segments
     # Both ends on one side of the line, and farther away from it than that.
     dx = qx - px
@@ -103,22 +103,22 @@ def blocker(px, py, qx, qy, clearance, walls):
 
 @jit
 def sees(px, py, qx, qy, clearance, walls):
-    """Tells whether the straight way from p to q keeps its clearance.
+    """Returns whether the straight way from p to q keeps its clearance.
 
     It may begin beside walls, and leave them, and end beside walls, and draw
-    near to them, but not pass them more closely than the clearance. So
-    whoever sees a point sees it from the whole way to it.
+    near to them, but not pass them more closely than the clearance. So a
+    point that is seen is seen from the whole way to it.
     """
     return blocker(px, py, qx, qy, clearance, walls) < 0
 
 
 @jit
 def _sees_past(px, py, qx, qy, clearance, walls, hiders):
-    """Tells what `sees` does, for one of many points seen from p.
+    """Returns the result of `sees`, for one of many points seen from p.
 
-    What hid one point often hides the next. Array `hiders` keeps segments that
-    hid other points, or -1, and in its last element which of them is replaced
-    next; at first all are -1.
+    A segment that hid one point often hides the next. Array `hiders` keeps
+    segments that hid other points, or -1, and in its last element the index of
+    the one that is replaced next; at first all are -1.
     """
     for i in range(_HIDERS):
         if hiders[i] >= 0 and crosses(
@@ -134,7 +134,7 @@ def _sees_past(px, py, qx, qy, clearance, walls, hiders):
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
 def blocked(positions, goals, clearance, table):
-    """Tells who (n,) has no free straight way to their goal.
+    """Returns for each person (n,) whether the straight way is not free.
 
     Rows of positions are x, y, ..., rows of goals x, y, in meters. Nothing
     would be in the way of a body without extent: there must be a clearance.
@@ -153,7 +153,7 @@ def blocked(positions, goals, clearance, table):
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
 def needs_way(positions, command, clearance, table):
-    """Tells who (n,) has a goal, is not there, and does not see it.
+    """Returns who (n,) has a goal, is not there, and does not see it.
 
     Rows of positions are x, y, ..., in meters; those of command see `Command`.
     """
@@ -174,7 +174,7 @@ def needs_way(positions, command, clearance, table):
 
 @jit_as(numba.boolean[::1], MATRIX, REAL, WALLS)
 def free_points(points, clearance, table):
-    """Tells which points (m, 2) have their clearance from every wall."""
+    """Returns which points (m, 2) have their clearance from every wall."""
     walls = opened(table)
     result = np.empty(len(points), dtype=np.bool_)
     for i in range(len(points)):
@@ -199,7 +199,7 @@ def straight_ways(points, clearance, table):
         for j in range(i):
             angles[j] = math.atan2(points[j, 1] - py, points[j, 0] - px)
         hiders = np.full(_HIDERS + 1, -1)
-        # What hides a point mostly hides the next one to the left, too.
+        # A segment that hides a point mostly hides the next to the left, too.
         for j in stable_order(angles[:i]):
             qx, qy = points[j, 0], points[j, 1]
             seen[j] = _sees_past(px, py, qx, qy, clearance, walls, hiders)
@@ -224,7 +224,7 @@ def straight_ways(points, clearance, table):
 def straight_lengths(x, y, clearance, points, table):
     """Returns the lengths of the straight ways from (x, y) to points (m, 2).
 
-    They are infinite for points that one does not see.
+    They are infinite for points that are not seen.
     """
     walls = opened(table)
     m = len(points)
@@ -233,7 +233,7 @@ def straight_lengths(x, y, clearance, points, table):
     for i in range(m):
         angles[i] = math.atan2(points[i, 1] - y, points[i, 0] - x)
     hiders = np.full(_HIDERS + 1, -1)
-    # What hides a point mostly hides the next one to the left, too.
+    # A segment that hides a point mostly hides the next to the left, too.
     for i in stable_order(angles):
         px, py = points[i, 0], points[i, 1]
         if _sees_past(x, y, px, py, clearance, walls, hiders):

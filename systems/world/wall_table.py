@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# The most segments of a run, and the most runs that are not divided further.
+# The largest number of segments of a run, and of runs that are not divided.
 _RUN = 8
 _FEW = 8
 
-# Boxes are larger than what they hold by this part of its coordinates: so
+# Boxes are larger than their content by this part of its coordinates: so
 # rounding loses nothing.
 _SLACK = 1e-12
 
@@ -30,7 +30,7 @@ def wall_table(
     """Returns the table of some walls, given the arrays of `Obstacles`.
 
     Returns:
-        One array, read-only: Python hands one to compiled code in a fraction
+        One array, read-only: Python passes one to compiled code in a fraction
         of the time that six take. It holds the numbers of segments (s),
         shapes (k), runs (r) and boxes (m); then segments (s, 4); boxes (m, 4),
         rows (x0, y0, x1, y1) from the lower left to the upper right corner, in

@@ -1,9 +1,8 @@
-"""Which walls are near, compiled by numba: how kernels read `wall_table`.
+"""Queries of the walls nearby, compiled by numba: they read `wall_table`.
 
-A query goes through the boxes of the table in their order. One that cannot
-matter is left out with all that is in it, by `links[box, 0]`; the others come
-down to runs of segments. What is left out never changes a result, not even
-its last bit.
+A query goes through the boxes of the table in their order. A box out of reach
+is skipped with all that is in it, by `links[box, 0]`; the others lead to runs
+of segments. Skipping never changes a result, not even its last bit.
 
 Kernels call the start of a path (px, py) and its end (qx, qy), in meters;
 `reach` and `clearance` are distances, in meters; `walls` are `Walls`, and
@@ -64,7 +63,7 @@ def opened(table):
 
 @jit
 def out_of_box(px, py, qx, qy, reach, rows, i):
-    """Tells whether a path is farther than `reach` by its bounds alone.
+    """Returns whether a path is farther than `reach` by its bounds alone.
 
     It is compared with row `i` of segments or boxes, shape (m, 4).
     """
@@ -82,7 +81,7 @@ def out_of_box(px, py, qx, qy, reach, rows, i):
 
 @jit
 def beyond(px, py, qx, qy, reach, boxes, box):
-    """Tells whether a box is surely farther than `reach` from a long path."""
+    """Returns whether a box is surely farther than `reach` from a path."""
     reach += _ROUNDING * (abs(px) + abs(py) + abs(qx) + abs(qy))
     if out_of_box(px, py, qx, qy, reach, boxes, box):
         return True
@@ -121,7 +120,7 @@ def segments_near(px, py, qx, qy, reach, walls):
 
 @jit
 def distance2_to_box(x, y, boxes, box):
-    """Returns less than the squared distance of a point from all in a box."""
+    """Returns a lower bound of a point's squared distance from all in a box."""
     dx = max(boxes[box, 0] - x, x - boxes[box, 2], 0.0)
     dy = max(boxes[box, 1] - y, y - boxes[box, 3], 0.0)
     return (dx * dx + dy * dy) * (1 - _ROUNDING)
@@ -157,3 +156,19 @@ def runs_in(x0, y0, x1, y1, walls):
         for i in range(count):
             found[i] = np.int64(numbers[order[i]])
     return found[:count]
+
+
+@jit
+def segments_in(x0, y0, x1, y1, walls):
+    """Returns the segments of the runs in a rectangle: see `runs_in`."""
+    runs = runs_in(x0, y0, x1, y1, walls)
+    count = 0
+    for run in runs:
+        count += walls.runs[run, 1] - walls.runs[run, 0]
+    segments = np.empty(count, dtype=np.int64)
+    count = 0
+    for run in runs:
+        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
+            segments[count] = s
+            count += 1
+    return segments

@@ -1,11 +1,11 @@
-"""Which corner of the world to walk to next, compiled by numba.
+"""The next corner of the world to walk to, compiled by numba.
 
-Most corners are hidden from where somebody is, by walls that hide them from
-all around. What hid a corner from a cell of the floor is remembered, and looked
-at first when the cell is asked about again: see `Hidden`. That saves time, and
+Most corners are hidden from a person by walls that hide them from all around.
+The segment that hid a corner from a cell of the floor is remembered, and tried
+first when the cell is asked about again: see `Hidden`. That saves time, and
 never changes a result.
 
-The arguments have the names and units that `walls.py` tells.
+The arguments have the names and units of `walls.py`.
 """
 
 import math
@@ -38,11 +38,11 @@ from hunav_drake.systems.world.walls import opened, out_of_box, segments_near
 # Ways whose lengths differ less are equal, in meters.
 _SAME = 1e-9
 
-# With this part of the clearance, ways lead on where they would turn back.
+# The part of the clearance with which ways lead on where they would turn back.
 _SLACK = 0.8
 
-# Who is nearer to a vertex than this part of the clearance does not step aside
-# to it.
+# A person nearer to a vertex than this part of the clearance does not step
+# aside to it.
 _NEAR = 0.2
 
 # The side of a cell, in meters, and how far around it a wall must hide a
@@ -50,22 +50,22 @@ _NEAR = 0.2
 _CELL = 0.25
 _MARGIN = 1e-6
 
-# How many numbers are remembered, at most: 16 MB.
+# The largest number of remembered numbers: 16 MB.
 _MOST = 2**22
 
-# What is remembered of a corner and a cell: a segment that hid it from a place
-# there counts from 1.
+# The memory of a corner and a cell: a segment that hid it from a place there
+# counts from 1.
 _UNKNOWN = 0
 _HIDDEN = -1
 
 
 class Hidden(NamedTuple):
-    """What hides the vertices of a map of ways from the cells of the floor.
+    """The segments that hide the vertices of a map from cells of the floor.
 
     Attributes:
         cells: Shape (c, 2): the column and row of the cell that is remembered
             in each place.
-        hiders: Shape (c, m): _HIDDEN for a vertex that is nowhere seen from in
+        hiders: Shape (c, m): _HIDDEN for a vertex that is seen from nowhere in
             the cell, 1 + the number of a segment that hid it from somewhere
             in it, or _UNKNOWN.
     """
@@ -75,7 +75,7 @@ class Hidden(NamedTuple):
 
 
 def nothing_hidden(vertices: int) -> Hidden:
-    """Returns a memory for so many vertices that knows nothing yet."""
+    """Returns an empty memory for a number of vertices."""
     places = max(_MOST // max(vertices, 1), 1)
     # (Pages that nobody writes to take no memory.)
     return Hidden(
@@ -86,7 +86,7 @@ def nothing_hidden(vertices: int) -> Hidden:
 
 @jit
 def _remembered(x, y, hidden):
-    """Returns the cell of a place, and what hides vertices from there."""
+    """Returns the cell of a place, and the hiders of vertices from there."""
     column = math.floor(x / _CELL)
     row = math.floor(y / _CELL)
     place = (column * 7919 + row * 104729) % len(hidden.cells)
@@ -101,11 +101,9 @@ def _remembered(x, y, hidden):
 
 @jit
 def _side_of(x, y, qx, qy, cell):
-    """Tells on which side of all lines from a point to a cell (x, y) lies.
+    """Returns the side of all lines from (qx, qy) to a cell that has (x, y).
 
-    Returns:
-        1 for the left of the lines from (qx, qy) to all places of the cell,
-        -1 for the right, else 0.
+    1 is left, -1 is right, and 0 is neither.
     """
     dx = x - qx
     dy = y - qy
@@ -121,7 +119,7 @@ def _side_of(x, y, qx, qy, cell):
 
 @jit
 def _is_beside(cell, segments, s):
-    """Tells whether segment `s` surely lies outside of a cell."""
+    """Returns whether segment `s` surely lies outside of a cell."""
     x0, y0, x1, y1 = cell
     if out_of_box(x0, y0, x1, y1, 0.0, segments, s):
         return True
@@ -132,7 +130,7 @@ def _is_beside(cell, segments, s):
 
 @jit
 def _hides_from_all(column, row, qx, qy, walls, s):
-    """Tells whether the wall of segment `s` hides a point from a whole cell.
+    """Returns whether the wall of segment `s` hides a point from a whole cell.
 
     It does if it goes on, to both ends of the segment, without a gap and
     beside the cell, until it has left the lines from the point to all places of
@@ -172,7 +170,7 @@ def _hides_from_all(column, row, qx, qy, walls, s):
 
 @jit
 def _hider(x, y, vertex, clearance, vertices, known, walls):
-    """Returns what hides a vertex: see `Hidden`; _UNKNOWN if it is seen."""
+    """Returns the hider of a vertex: see `Hidden`; _UNKNOWN if it is seen."""
     column, row, _ = known
     vx = vertices[vertex, 0]
     vy = vertices[vertex, 1]
@@ -189,9 +187,9 @@ def _hider(x, y, vertex, clearance, vertices, known, walls):
 
 @jit
 def _is_hidden(x, y, vertex, clearance, vertices, known, walls):
-    """Tells whether a vertex cannot be seen from (x, y): see `sees`.
+    """Returns whether a vertex cannot be seen from (x, y): see `sees`.
 
-    `known` is what `_remembered` gives for the place.
+    `known` is the result of `_remembered` for the place.
     """
     hiders = known[2]
     hider = hiders[vertex]
@@ -210,9 +208,9 @@ def _is_hidden(x, y, vertex, clearance, vertices, known, walls):
 
 @jit
 def _turns_back(x, y, vx, vy, ox, oy, clearance):
-    """Tells whether one goes back to v before o, or, near v, aside to it.
+    """Returns whether one goes back to v before o, or, near v, aside to it.
 
-    In a door that is just a way, nobody should turn back for a hair.
+    In a door that is barely wide enough, nobody should turn back for so little.
     """
     vx -= x
     vy -= y
@@ -228,9 +226,8 @@ def _turns_back(x, y, vx, vy, ox, oy, clearance):
 def _leading(x, y, to_place, hiders, vertices):
     """Returns the vertices that may be seen from (x, y) and lead to the place.
 
-    Returns:
-        Arrays (c,): the vertices, in their order; how far they are; and how
-        long the way to the place is by way of them, in meters.
+    After them come arrays of their distances, and of the lengths of the ways to
+    the place by way of them, in meters.
     """
     numbers = np.empty(len(vertices), dtype=np.int64)
     legs = np.empty(len(vertices))
@@ -247,15 +244,15 @@ def _leading(x, y, to_place, hiders, vertices):
 
 @jit
 def _choice(x, y, leading, clearance, vertices, known, walls):
-    """Returns which vertex in sight of (x, y) has the shortest way, or -1.
+    """Returns the vertex in sight of (x, y) with the shortest way, or -1.
 
-    It is a place in the arrays of `leading`, which is what `_leading` gives;
-    `known` is what `_remembered` gives.
+    It is an index in the arrays of `leading`, the result of `_leading`;
+    `known` is the result of `_remembered`.
     """
     numbers, legs, ways = leading
     if len(ways) == 0:
         return -1
-    # One that is near is likely to be seen, and spares a look at many others.
+    # A near one is likely to be seen, and spares tests of many others.
     shortest = math.inf
     nearest = np.argmin(legs)
     if not _is_hidden(
@@ -279,7 +276,7 @@ def _choice(x, y, leading, clearance, vertices, known, walls):
         i = pop_least(ways, heap, count)
         if choice >= 0 and ways[i] > ways[choice] + _SAME:
             break
-        # Of equal ways the one with the farther waypoint: a person who
+        # Of equal ways, the one with the farther waypoint: a person who
         # stands on a vertex looks on to the next.
         if (choice < 0 or legs[i] > legs[choice]) and not _is_hidden(
             x, y, numbers[i], clearance, vertices, known, walls
@@ -334,25 +331,14 @@ def _waypoint(
 def guided(
     positions, command, who, ways_to, clearance, vertices, cells, hiders, table
 ):
-    """Returns commands with the next waypoints, for who does not see the goal.
+    """Returns commands with the next waypoints, if the goal is not seen.
 
-    A waypoint that is not the goal has a radius of zero.
-
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE).
-        who: Shape (k,): the rows of those who do not see the goal, with the
-            clearance.
-        ways_to: Shape (k, 3 + m): for the goal of each, x and y of the place
-            that `standing_place` gives; the clearance of the last leg; and the
-            length of the shortest way from each vertex to the place, infinity
-            where there is none.
-        clearance: That of the other legs.
-        vertices: Shape (m, 2).
-        cells: What hides vertices, as far as is known: see `Hidden`. It
-            learns.
-        hiders: See there.
-        table: `Obstacles.table`.
+    A waypoint that is not the goal has a radius of zero. `who` (k,) are the
+    rows of people who do not see the goal, with the clearance. `ways_to`
+    (k, 3 + m) holds for the goal of each x and y of its `standing_place`; the
+    clearance of the last leg; and the length of the shortest way from each
+    vertex to the place, infinity if there is none. `cells` and `hiders` are
+    those of `Hidden`, and are updated.
     """
     walls = opened(table)
     hidden = Hidden(unowned(cells), unowned(hiders))

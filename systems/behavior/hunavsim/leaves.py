@@ -1,9 +1,9 @@
-"""What HuNavSim's leaves do, where that is not what ours do.
+"""HuNavSim's leaves, where they differ from those of this package.
 
-With the profile "hunavsim", trees have these under HuNavSim's names. They are
-written after its functions `lineOfSight`, `updateGoal`, `lookAtTheRobot`,
+With the profile "hunavsim", trees have these under HuNavSim's names. They
+follow its functions `lineOfSight`, `updateGoal`, `lookAtTheRobot`,
 `approximateRobot`, `avoidRobot` and `blockRobot`, and `SFM.updatePosition` of
-`lightsfm`. What is in single precision there is here, too.
+`lightsfm`. Values in single precision there are in single precision here.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,10 +13,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from hunav_drake.systems.behavior.leaves.pacing import head_for
 from hunav_drake.systems.behavior.leaves.robot_conditions import FIELD_OF_VIEW
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, is_goal_reached
 from hunav_drake.systems.behavior.nodes.node import (
     Built,
+    Category,
     Memory,
     Node,
     NodeStatus,
@@ -66,7 +68,7 @@ def _turn_at_once(context: TickContext, yaw: float) -> None:
 
 
 def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
-    """Returns where a robot is from the person, in single precision."""
+    """Returns the offset from the person to a robot, in single precision."""
     state = context.state
     dx = np.float32(robot[X]) - np.float32(state[X])
     dy = np.float32(robot[Y]) - np.float32(state[Y])
@@ -76,7 +78,7 @@ def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
 def _bearing(
     context: TickContext, robot: Row, *, rounded_yaw: bool = True
 ) -> float:
-    """Returns where a robot is, from the heading, in [-pi, pi]."""
+    """Returns the bearing of a robot from the heading, in [-pi, pi]."""
     dx, dy = _offset(context, robot)
     # (In single precision, pi is beyond pi.)
     yaw = wrap_angle(context.state[YAW])
@@ -87,13 +89,13 @@ def _bearing(
 
 
 def _distance(context: TickContext, robot: Row) -> float:
-    """Returns how far the robot is, in single precision."""
+    """Returns the distance to the robot, in single precision."""
     dx, dy = _offset(context, robot)
     return float(np.sqrt(dx * dx + dy * dy))
 
 
 def _react(context: TickContext, speed: float | None = None) -> None:
-    """Sets what all reactions do: the robot is not felt."""
+    """Sets what all reactions share: the robot exerts no force."""
     command = context.command
     command[Command.ROBOT_ROLE] = float(RobotRole.UNSEEN_IN_TURN)
     context.behavior_status = 1
@@ -102,17 +104,6 @@ def _react(context: TickContext, speed: float | None = None) -> None:
     else:
         command[Command.DESIRED_SPEED] = speed
         command[Command.MAX_SPEED] = speed
-
-
-def _head_for(
-    context: TickContext, x: float, y: float, goal_radius: float
-) -> None:
-    """Walks to a point instead of to the own goal."""
-    command = context.command
-    command[Command.GOAL_X] = x
-    command[Command.GOAL_Y] = y
-    command[Command.GOAL_RADIUS] = goal_radius
-    command[Command.HAS_GOAL] = 1.0
 
 
 def _is_robot_visible(
@@ -141,7 +132,7 @@ def _is_robot_visible(
 
 
 def _is_goal_reached(context: TickContext) -> bool:
-    """Holds within 0.1 m of the goal's radius, whoever stands there."""
+    """Holds within 0.1 m of the goal's radius, even if people stand there."""
     return is_goal_reached(context, shared=False)
 
 
@@ -158,7 +149,7 @@ def _surprised_nav(
     *,
     turn: Annotated[float, within(0, math.pi, "rad")] = _SINGLE_PI * 0.01,
 ) -> NodeStatus:
-    """Stops, and turns by `turn` a step, beyond a robot on the right."""
+    """Stops and turns by `turn` per step; overshoots a robot on the right."""
     robot = context.robot
     if robot is None:
         return NodeStatus.FAILURE
@@ -191,7 +182,7 @@ def _curious_nav(
     speed: _Speed = 1.8,
     speed_distance: _PositiveDistance = 10.0,
 ) -> NodeStatus:
-    """Walks to the robot at any speed, and turns to it at once when there."""
+    """Walks to the robot without a speed limit, and turns to it on arrival."""
     robot = context.robot
     if robot is None:
         return NodeStatus.FAILURE
@@ -203,7 +194,7 @@ def _curious_nav(
         part = np.float32(distance) / np.float32(speed_distance)
         _react(context, speed * float(part))
         x, y = _single(robot[X]), _single(robot[Y])
-        _head_for(context, x, y, robot[RADIUS])
+        head_for(context, x, y, robot[RADIUS])
     return NodeStatus.SUCCESS
 
 
@@ -223,14 +214,14 @@ def _threatening_nav(
     x = _single(robot[X]) + goal_distance * sine(yaw)
     y = _single(robot[Y]) + goal_distance * cosine(yaw)
     _react(context, speed)
-    _head_for(context, _single(x), _single(y), goal_radius)
-    # Where the person looks after the step.
+    head_for(context, _single(x), _single(y), goal_radius)
+    # The range within which the person looks at the robot after the step.
     context.command[Command.YAW_TARGET] = face_distance
     return NodeStatus.SUCCESS
 
 
 def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
-    """Builds a decorator that does what a step of the crowd does there.
+    """Builds a decorator that drops goals as a step of HuNavSim's crowd does.
 
     A step to the own goal that ends within its radius drops the goal; and the
     behavior status stays as it is in a step without a walk or a reaction.
@@ -257,26 +248,27 @@ def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
     return compose(tick, children)
 
 
-def _action(name: str, function: Callable[..., Any]) -> NodeType:
-    return make_leaf_type(name, "Action", function, {}, frozenset(IGNORED))
+def _leaf(
+    name: str, function: Callable[..., Any], category: Category = "Action"
+) -> tuple[str, NodeType]:
+    ignored = frozenset(IGNORED)
+    return name, make_leaf_type(name, category, function, {}, ignored)
 
 
 # All node types of the profile, by name.
 HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
     {
-        "IsGoalReached": make_leaf_type(
-            *("IsGoalReached", "Condition", _is_goal_reached),
-            *({}, frozenset(IGNORED)),
+        **dict(
+            [
+                _leaf("IsGoalReached", _is_goal_reached, "Condition"),
+                _leaf("IsRobotVisible", _is_robot_visible, "Condition"),
+                _leaf("UpdateGoal", _update_goal),
+                _leaf("SurprisedNav", _surprised_nav),
+                _leaf("ScaredNav", _scared_nav),
+                _leaf("CuriousNav", _curious_nav),
+                _leaf("ThreateningNav", _threatening_nav),
+            ]
         ),
-        "IsRobotVisible": make_leaf_type(
-            *("IsRobotVisible", "Condition", _is_robot_visible),
-            *({}, frozenset(IGNORED)),
-        ),
-        "UpdateGoal": _action("UpdateGoal", _update_goal),
-        "SurprisedNav": _action("SurprisedNav", _surprised_nav),
-        "ScaredNav": _action("ScaredNav", _scared_nav),
-        "CuriousNav": _action("CuriousNav", _curious_nav),
-        "ThreateningNav": _action("ThreateningNav", _threatening_nav),
         "FollowGoals": NodeType(
             "FollowGoals",
             "Decorator",

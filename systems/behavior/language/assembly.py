@@ -1,7 +1,7 @@
 """Makes nodes from drafts, once the whole tree has been read.
 
-Then it is known which blackboard entries change and need memory, and which of
-them hold texts.
+Only then is it known which blackboard entries change and need memory, and
+which of them hold texts.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -40,8 +40,8 @@ class Assembled:
 
     Attributes:
         root: Its topmost node.
-        slots: What each number of the memory is.
-        initial: What each number is before the first tick.
+        slots: The name of each number in the memory.
+        initial: The value of each number before the first tick.
         texts: The texts that entries can hold.
     """
 

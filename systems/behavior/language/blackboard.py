@@ -18,7 +18,7 @@ from hunav_drake.systems.common.suggest import shown
 _REFERENCE = re.compile(r"\$?\{(.*)\}", re.DOTALL)
 _KEY = re.compile(r"@?[A-Za-z_][\w.]*", re.ASCII)
 
-# What a person's tree finds on its blackboard. The values come with the person.
+# The entries that every person has on the blackboard, and their meanings.
 GIVEN: Mapping[str, str] = MappingProxyType(
     {
         "id": "it is the number of the person",
@@ -33,8 +33,8 @@ class Entry:
 
     Attributes:
         key: Its first name.
-        place: Where it is first named.
-        scope: Where it has this name.
+        place: The place of its first use.
+        scope: The scope in which it has this name.
         literal: The text that it has from the start, or None.
         set_by_nodes: Whether a node, or the person, gives it a value.
         slot: Its index in the memory, once that is known.

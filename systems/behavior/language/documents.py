@@ -1,6 +1,5 @@
 """Reads a file of trees and the files that it includes."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 import functools
 import os
@@ -48,14 +47,15 @@ class Documents:
         sources: The name and the bytes of each file, in the order of reading.
         trees: The trees by their ID.
         main: The ID of the tree to begin with.
-        folder: Files are included from here and below; None for none.
-        libraries: So they are from these, where there is no own file; and the
-            trees that no file has, by their IDs, come from these.
-        allow_outside: Whether they are included from anywhere.
+        folder: The folder from which, or from below which, files can be
+            included; None for none.
+        libraries: Folders that hold included files which are not in `folder`,
+            and trees, by ID, that are in none of the files.
+        allow_outside: Whether files can be included from anywhere.
         read: The files that were read.
-        open: Those that are being read: each includes the next.
+        open: The files that are being read: each includes the next.
         ports: The ports of trees by the ID of the tree and their names.
-        models: The <TreeNodesModel> that these come from.
+        models: The <TreeNodesModel> elements that declare these.
         comments: The comments before the root element of the main file.
     """
 
@@ -73,7 +73,7 @@ class Documents:
 
     @property
     def file(self) -> str:
-        """The main file, or what stands for it in messages."""
+        """The main file, or its name in messages."""
         return self.sources[0][0]
 
     def __eq__(self, other: object) -> bool:
@@ -114,13 +114,13 @@ def load_documents(
 
     Args:
         source: The document.
-        file: What stands for it in messages.
+        file: The name of the document in messages.
         folder: The folder that its includes are relative to.
         libraries: Folders with trees of this package, which files in any
             folder may include as if they lay beside them.
         allow_outside: Whether files may be included that are not in the folder
-            or below. A tree from elsewhere should not: it could make any file
-            be read.
+            or below. Leave it False for a tree from elsewhere, which could
+            make any file be read.
 
     Raises:
         BehaviorTreeError: If a document is not a tree file.
@@ -182,7 +182,7 @@ def _load(
         models = [it for it in root.children if it.tag == "TreeNodesModel"]
         own = {tree.attributes.get("ID") for tree in trees}
         for tree_id, ports in declared_ports(models).items():
-            # The file that has the tree knows best.
+            # The file that holds the tree has precedence.
             if tree_id in own or tree_id not in documents.ports:
                 documents.ports[tree_id] = ports
         documents.models += models
@@ -218,7 +218,7 @@ def _included_path(
     """Returns the path of an include, its own or that in a library.
 
     Raises:
-        BehaviorTreeError: If it may not be read, or there can be none.
+        BehaviorTreeError: If the file may not be read, or is no path.
     """
     fault = element.spot.fault
     text = element.attributes["path"]
@@ -233,9 +233,8 @@ def _included_path(
         if found:
             return found[0]
         raise fault(
-            f"{shown(text)} cannot be found from a text; load a file"
-            " instead, or"
-            " include one that comes with the package, such as regular.xml"
+            f"{shown(text)} cannot be found from a text; load a file instead,"
+            " or include one that comes with the package, such as regular.xml"
         )
     if found and not os.path.isfile(own):
         return found[0]
@@ -245,9 +244,9 @@ def _included_path(
         or _is_in_library(own, documents)
     ):
         raise fault(
-            f"{shown(text)} is outside {documents.folder}; files are"
-            " included from"
-            " the folder of the main file and below, unless allow_outside=True"
+            f"{shown(text)} is outside {documents.folder}; files are included"
+            " from the folder of the main file and below, unless"
+            " allow_outside=True"
         )
     return own
 
@@ -277,7 +276,7 @@ def _load_missing(documents: Documents) -> None:
         missing = {
             each.attributes.get("ID", "")
             for tree in documents.trees.values()
-            for each in _elements(tree.element)
+            for each in tree.element.all()
             if each.tag in SUBTREE_TAGS
         }.difference(documents.trees)
         found = [path for tree_id, path in known if tree_id in missing]
@@ -286,15 +285,9 @@ def _load_missing(documents: Documents) -> None:
         _read(found[0], documents)
 
 
-def _elements(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _elements(child)
-
-
 @functools.cache
 def _library_trees(folder: Path) -> tuple[tuple[str, Path], ...]:
-    """Returns the IDs of the trees in a folder's files, and these."""
+    """Returns the IDs of the trees in a folder, each with its file."""
     return tuple(
         (tree.attributes["ID"], path)
         for path in sorted(folder.glob("*.xml"))

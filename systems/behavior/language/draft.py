@@ -22,8 +22,8 @@ class Draft:
     """A node that is being parsed.
 
     Attributes:
-        type: What it is.
-        spot: What it is called, and where it is written.
+        type: Its node type.
+        spot: Its name and place.
         scope: The entries that it can name.
         bindings: For each port that is given, its text or its entry.
         before: Its pre-conditions by attribute.

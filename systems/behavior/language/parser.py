@@ -55,8 +55,8 @@ class ParsedTree:
     Attributes:
         assembled: The nodes of the main tree, and the layout of its memory.
         entries: The blackboard entries of the main tree that have a slot.
-        documents: What it was made of.
-        values: What the ports of the main tree are, as they stand in XML.
+        documents: The documents that it was parsed from.
+        values: The values of the main tree's ports, as in XML.
     """
 
     assembled: Assembled
@@ -230,7 +230,7 @@ def flag(element: XmlElement, names: tuple[str, ...]) -> bool:
 
 
 def subtree_ports(element: XmlElement, form: int) -> dict[str, str]:
-    """Returns what a <SubTree> gives to ports of its tree, as in format 4.
+    """Returns the ports that a <SubTree> gives to its tree, as in format 4.
 
     A plain SubTree of format 3 names entries without braces.
     """
@@ -280,9 +280,9 @@ def parse_documents(
 ) -> ParsedTree:
     """Parses the main tree of documents.
 
-    For ports that the main tree declares, `values` holds those other than
-    their defaults, as they stand in XML; `node_types` says what the names of
-    nodes mean, by default what is registered.
+    `values` are those of ports of the main tree, as in XML; the other ports
+    have their defaults. `node_types` are the known node types, by default all
+    that are registered.
     """
     if node_types is None:
         node_types = NODE_TYPES.values()

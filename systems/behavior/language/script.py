@@ -58,7 +58,7 @@ class Expression:
     """A parsed expression.
 
     Attributes:
-        sign: Its operator; "name", "number" or "text" for what has none.
+        sign: Its operator; "name", "number" or "text" if it has none.
         literal: The number, the text or the name, if it is one.
         operands: The operands of the operator.
         kind: The type of its value.
@@ -183,7 +183,7 @@ class _Reader:
 
 
 def read_condition(text: str) -> Expression:
-    """Parses a condition; what cannot be read is a ValueError."""
+    """Parses a condition, or raises a ValueError."""
     reader = _Reader(text)
     expression = reader.expression()
     if reader.at < len(reader.tokens):
@@ -192,7 +192,7 @@ def read_condition(text: str) -> Expression:
 
 
 def read_assignments(text: str) -> tuple[Assignment, ...]:
-    """Parses the assignments of a script; all else is a ValueError."""
+    """Parses the assignments of a script, or raises a ValueError."""
     return tuple(_Reader(text).assignments())
 
 
@@ -227,7 +227,7 @@ def settle(expression: Expression, spot: Spot) -> None:
 
 
 def literals(expression: Expression) -> Iterator[tuple[EntryType, str]]:
-    """Yields the literals of an expression, each after its type."""
+    """Yields the type and the text of each literal of an expression."""
     for part in expression.parts():
         if part.sign == "text":
             yield part.kind, part.literal

@@ -1,6 +1,6 @@
-"""The ports of trees: what the user of a tree can set.
+"""The ports of trees: the values that users of a tree can set.
 
-A file says in its TreeNodesModel which ports its trees have, as Groot2 does::
+The TreeNodesModel of a file declares the ports of its trees, as in Groot2::
 
     <SubTree ID="CuriousNavTree">
       <input_port name="distance" type="double" default="10.0"/>

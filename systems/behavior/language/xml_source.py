@@ -1,6 +1,6 @@
 """Reads untrusted XML safely, and keeps the line numbers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 import functools
 from typing import Any
@@ -21,7 +21,7 @@ MAX_BYTES = 1_000_000
 # The attributes that Groot writes for itself.
 NOTES = ("_description", "_fullpath", "_uid")
 
-# How deeply elements, and later nodes, may be nested. Each level of a tree is
+# The deepest nesting of elements, and later of nodes. Each level of a tree is
 # a level of Python calls.
 MAX_DEPTH = 100
 
@@ -52,6 +52,12 @@ class XmlElement:
     def spot(self) -> Spot:
         """The element and its place, for messages."""
         return Spot(self.place, self.tag)
+
+    def all(self) -> Iterator["XmlElement"]:
+        """Yields the element and all elements in it, from the top down."""
+        yield self
+        for child in self.children:
+            yield from child.all()
 
 
 class _Builder:
@@ -99,7 +105,7 @@ class _Builder:
 def read_xml(source: bytes, file: str) -> XmlElement:
     """Returns the root element of an XML document, not to be changed.
 
-    A document that was read before comes from a cache; `file` stands for it in
+    A document that was read before comes from a cache; `file` is its name in
     messages.
 
     Raises:

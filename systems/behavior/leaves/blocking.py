@@ -1,4 +1,4 @@
-"""The action of getting in the way of a robot: BlockRobot."""
+"""The action of blocking the way of a robot: BlockRobot."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -28,32 +28,29 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.common.schema import within
 
-# The place is so much farther from the robot than the way around it at least,
-# in meters.
+# The least distance by which the place is farther from the robot than the way
+# around it, in meters.
 _LEEWAY = 0.05
 
-# How fast what is left of a way is walked at most, per second: it ends the
+# The largest ratio of speed to remaining distance, in 1/s, which ends the
 # approach without a jerk.
 _CLOSING = 2.0
 
-# Nearer to the place than this the person is there, in meters; and over this
-# much more it goes along with the robot, or over this much of the gap.
+# A person within the first distance of the place holds the ground, in meters.
+# Over the second distance beyond, or by which the gap is too small, the person
+# takes up the velocity of the robot.
 _THERE = 0.2
 _BLEND = 0.15
 
-# Within this of the robot's axis a person behind it keeps the side, in
-# radians.
+# A person within this angle of the robot's axis, behind it, keeps to the
+# chosen side, in radians.
 _BEHIND = math.pi / 4
 
 
 class _Leg(NamedTuple):
-    """Where to walk, seen from the robot.
+    """A direction to walk in, (x, y), and the distance left, in meters.
 
-    Attributes:
-        x: The direction, a unit vector in W.
-        y: Its y.
-        left: How far it is to the place itself, in meters; infinite while the
-            way leads around the robot.
+    It is infinite while the way leads around the robot.
     """
 
     x: float
@@ -77,15 +74,14 @@ def block_robot(
 ) -> NodeStatus:
     """Walks in front of the robot, around it, and stays there.
 
-    The place is `distance` ahead of its center, farther if it is wide, and
-    nearer where a wall is; where that leaves no room, the person stands. On
-    the way the bodies keep `gap` between them. The side is the one where the
-    person is; from right behind, the left-hand one, or that without a wall,
-    and it is kept. Between two walls the person stays behind the robot. It
-    walks at up to `speed`, which may be above its own maximum, and once there
-    gives way only as far as `gap` demands. Nearer to the place than
-    `face_distance` it looks at the robot. The action fails if there is no
-    robot.
+    The place is `distance` ahead of the robot's center: farther for a wide
+    robot, nearer before a wall; without room there, the person stands. The
+    bodies keep `gap` apart on the way. The person passes the robot on the side
+    where it is, from right behind on the left or on the side without a wall,
+    and keeps to that side. Between two walls it stays behind the robot. It
+    walks at `speed` at most, which may be above its own maximum, and at the
+    place it gives way only as far as `gap` demands. Within `face_distance` of
+    the place it looks at the robot. The action fails if there is no robot.
     """
     row = context.robot
     if row is None:
@@ -105,8 +101,8 @@ def block_robot(
     own_speed = min(
         speed, math.sqrt(2 * acceleration * leg.left), _CLOSING * leg.left
     )
-    # The place moves with the robot, and turns with it. Who is there holds the
-    # ground, until the bodies come too near.
+    # The place moves with the robot, and turns with it. A person there holds
+    # the ground, until the bodies come too near.
     away = math.hypot(row[X] - state[X], row[Y] - state[Y])
     part = max((leg.left - _THERE) / _BLEND, (keep - away) / _BLEND)
     part = min(max(part, 0.0), 1.0)
@@ -125,7 +121,7 @@ def block_robot(
 
 
 def _room_ahead(context: TickContext, robot: Row, distance: float) -> float:
-    """Returns how far ahead of a robot the person can stand, in meters."""
+    """Returns the distance ahead of a robot with room for the person, in m."""
     radius = context.state[RADIUS]
     reach = distance + radius
     x = robot[X] + reach * math.cos(robot[YAW])
@@ -134,7 +130,7 @@ def _room_ahead(context: TickContext, robot: Row, distance: float) -> float:
 
 
 def _reserve(leg: _Leg, vx: float, vy: float, speed: float) -> float:
-    """Returns how fast a leg can be walked upon another velocity, in m/s."""
+    """Returns the speed limit along a leg on top of a velocity, in m/s."""
     along = leg.x * vx + leg.y * vy
     root = along * along + speed * speed - vx * vx - vy * vy
     return max(math.sqrt(max(root, 0.0)) - along, 0.0)
@@ -149,12 +145,9 @@ def _leg(
 ) -> _Leg:
     """Returns the way to the place ahead of a robot, or around the robot.
 
-    Args:
-        context: The tick context.
-        robot: The row of the robot.
-        own: The side that is kept: 1 left, -1 right of the robot, 0 neither.
-        keep: The least distance from its center, in meters.
-        distance: That of the place, in meters.
+    The place is at `distance` from the robot's center, which is kept at least
+    at `keep`, in meters; `own` is the side to keep to: 1 left, -1 right of the
+    robot, 0 neither.
     """
     state = context.state
     px, py = state[X] - robot[X], state[Y] - robot[Y]
@@ -163,7 +156,7 @@ def _leg(
     left = math.hypot(qx, qy)
     away = math.hypot(px, py)
     angle = math.remainder(math.atan2(py, px) - robot[YAW], 2 * math.pi)
-    # Where on the straight way the robot is nearest.
+    # The point on the straight way that is nearest to the robot.
     part = min(max(-(px * qx + py * qy) / max(left, 1e-9) ** 2, 0.0), 1.0)
     near = math.hypot(px + part * qx, py + part * qy)
     if left == 0 or near >= min(keep, away) - 1e-9:
@@ -173,7 +166,7 @@ def _leg(
         own[0] = _side(context, robot, keep, angle)
     side = own[0]
     if side == 0:
-        # No way around it: behind it, as near as may be.
+        # No way around it: behind it, as near as allowed.
         away = max(away, 1e-9)
         sign = 1.0 if away < keep else -1.0
         return _Leg(sign * px / away, sign * py / away, abs(away - keep))

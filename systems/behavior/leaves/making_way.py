@@ -1,8 +1,8 @@
-"""How people let a robot pass: MakeWay.
+"""The action of letting a robot pass: MakeWay.
 
-It is about the way ahead of the robot: along its heading, while it stands. A
-person and a robot have discs, with the radii of their states; between those
-are all distances that say nothing else.
+The robot's way is the one ahead of it, along its heading while it stands.
+Distances are between the discs of person and robot, with the radii of their
+states, unless stated otherwise.
 """
 
 import math
@@ -45,38 +45,38 @@ from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
-# A gap between the discs at which robots pass, in meters; one that gets at
-# least so much more stands for other reasons.
+# The least gap between the discs at which robots pass; and the gap beyond which
+# a robot that stands has other reasons; in meters.
 _LEAST = 0.1
 _ENOUGH = 0.2
 
-# Whoever moves for more room moves by so much at least, and gets so much more,
-# in meters.
+# The least length of a move for more room, and the least gain of room, in
+# meters.
 _WORTH = 0.2
 _MORE = 0.1
 
-# Where the person counts as there, on the way and at the spot, in meters; and
-# where someone does who comes no nearer.
+# The person has arrived within these distances, in meters: on the way, at the
+# spot, and if it comes no nearer.
 _ON_WAY = 0.1
 _ARRIVED = 0.05
 _NEAR = 0.3
 
-# For so long somebody comes no nearer to the spot, or the robot has turned; or
-# it stands nearby, though there is room for it: then something else is done.
-# In seconds; and how near that is, and how much less than enough room is too
-# little, in meters.
+# The times after which a person chooses anew, in seconds: if it comes no nearer
+# to the spot or the robot has turned; and if the robot stands, nearby without
+# room for it, or far away. Then the distance that is nearby, and the tolerated
+# lack of room, in meters.
 _HELD_OFF = 1.0
 _STUCK = 3.0
 _NEARBY = 1.5
 _CLOSE = 0.02
 
-# People who go away from a robot are no farther than this from it, in meters.
+# The largest lead of people who walk away from a robot, in meters.
 _LEAD = 3.0
 
-# Who goes away walks so much faster than the robot.
+# The ratio of the speed of people who walk away to that of the robot.
 _FASTER = 1.2
 
-# Walls keep nobody off a spot that is so near, in meters.
+# The distance of a spot from which walls do not keep the person off, in meters.
 _AT_WALL = 0.6
 
 # The stages of making way, and the slots of memory.
@@ -112,16 +112,17 @@ def make_way(
 ) -> NodeStatus:
     """Steps aside, or back and aside, and waits while the robot passes.
 
-    The spot is beside the robot's way, with `clearance` between the discs when
-    it passes, or what room there is, and as far back along the way as walls
-    demand, as in a door. Where that leaves less than 0.1 m, the person goes
-    away before the robot until there is room, or at an end past the robot,
-    should it stand and bodies fit; and so it does where less than 0.2 m is
-    left and the robot stands nearby for 3 s. It walks at `speed` at most, or
-    so that it keeps ahead of the robot. It waits until the robot has passed or
-    turned elsewhere, or stood far off for 3 s; and for `seconds` at most, not
-    counting when the robot is to be there within that time. It has the
-    behavior status `status` meanwhile. The action fails if there is no robot.
+    The spot is beside the robot's way, and as far back along it as walls
+    demand, as in a door. It leaves `clearance` between the discs when the
+    robot passes, or the room that there is. Where that is less than 0.1 m, the
+    person walks away ahead of the robot until there is room, or at a dead end
+    past the robot, if it stands and the bodies fit. The same applies where
+    less than 0.2 m is left and the robot stands nearby for 3 s. The person
+    walks at `speed` at most, or fast enough to keep ahead of the robot. It
+    waits until the robot has passed, has turned elsewhere, or has stood far
+    off for 3 s; and for `seconds` at most, not counting the time while the
+    robot is due within `seconds`. Its behavior status is `status` meanwhile.
+    The action fails if there is no robot.
     """
     row = context.robot
     if row is None:
@@ -180,7 +181,7 @@ def _gap(drive: Drive) -> float:
 
 
 def _elsewhere(drive: Drive, clearance: float) -> float:
-    """Returns how far beside its way people are whom a robot is not to pass."""
+    """Returns the distance beside its way at which a robot passes nobody."""
     return drive.both + clearance + _NEAR
 
 
@@ -207,7 +208,7 @@ def _choose(
 def _is_held(
     context: TickContext, own: list[float], robot: Row, clearance: float
 ) -> bool:
-    """Tells whether the spot has been no good for too long."""
+    """Returns whether the spot has been unsuitable for too long."""
     drive = drive_of(robot, context.state)
     gap = _gap(drive)
     seconds = 0.0
@@ -235,7 +236,7 @@ def _is_held(
 
 
 def _is_another_ahead(context: TickContext, robot: Row) -> bool:
-    """Tells whether a robot may be standing for somebody else."""
+    """Returns whether a robot may be standing for another person."""
     for i, state in enumerate(context.humans):
         drive = drive_of(robot, state)
         near = 0 < drive.along < drive.both + _NEARBY
@@ -245,7 +246,7 @@ def _is_another_ahead(context: TickContext, robot: Row) -> bool:
 
 
 def _stands_near(drive: Drive) -> bool:
-    """Tells whether the robot stands where it may want to pass."""
+    """Returns whether the robot stands where it may want to pass."""
     return drive.speed < SLOW and drive.along < drive.both + _NEARBY
 
 
@@ -256,7 +257,7 @@ def _goes_to_spot(
     pace: float,
     deceleration: float,
 ) -> bool:
-    """Walks to the spot, first back and then aside; tells whether it does."""
+    """Walks to the spot, first back and then aside; returns whether it does."""
     state = context.state
     for stage in (_GO_BACK, _GO_ASIDE):
         if own[_STAGE] > stage:
@@ -293,9 +294,9 @@ def _goes_away(
     pace: float,
     deceleration: float,
 ) -> bool:
-    """Walks away before the robot; tells whether it does.
+    """Walks away ahead of the robot; returns whether it does.
 
-    Where others are in the way it is at least aside, as far as there is room.
+    Where others block the way it steps aside, as far as there is room.
     """
     if drive.along - drive.both > _LEAD:
         return False
@@ -329,7 +330,7 @@ def _look_past(context: TickContext, own: list[float], drive: Drive) -> None:
 
 
 def _goes_past(context: TickContext, own: list[float], pace: float) -> bool:
-    """Walks past a robot along a wall; tells whether it does."""
+    """Walks past a robot along a wall; returns whether it does."""
     state = context.state
     ax, ay, bx, by = own[_PLACES : _PLACES + 4]
     length = math.hypot(bx - ax, by - ay)
@@ -345,7 +346,7 @@ def _goes_past(context: TickContext, own: list[float], pace: float) -> bool:
 
 
 def _press(context: TickContext, dx: float, dy: float, left: float) -> None:
-    """Lets nobody be kept off a spot at a wall by the forces of walls.
+    """Overcomes the forces of walls that keep the person off a spot there.
 
     The spot is `left` meters away in the direction of (dx, dy).
     """

@@ -1,4 +1,4 @@
-"""How people start, slow down and stop, as bodies can."""
+"""Starting, slowing down and stopping of people, as bodies can."""
 
 import math
 from typing import Annotated
@@ -12,27 +12,27 @@ PortSpeed = Annotated[float, within(0, 10, "m/s")]
 PortDistance = Annotated[float, within(0, 1e5, "m")]
 PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
-# How fast a person slows down at most, in m/s^2; 0 for at once, as HuNavSim's
-# people do.
+# The largest deceleration of a person, in m/s^2; 0 stops at once, as in
+# HuNavSim.
 Deceleration = Annotated[float, within(0, 100, "m/s^2")]
 
-# In about this time people take up the velocity that they wish, in seconds:
+# The time in which people take up their desired velocity, in seconds:
 # relaxation_time / goal_factor of SocialForceParameters.
 RESPONSE_TIME = 0.25
 
-# Who presses into a place at a wall wishes to go there at this speed, in m/s,
-# as the forces of walls keep people off as hard as that; and who walks along
-# a wall heads for a point only so far ahead, in meters, so that they do not
+# The desired speed of a person who presses into a place at a wall, in m/s,
+# which balances the forces of walls; and the distance of the point ahead that
+# a person walks to along a wall, in meters, so short that these forces do not
 # drive the person off.
 PRESSING = 6.0
 AIM = 0.06
 
-# Someone slower than this stands, in m/s.
+# A person slower than this stands, in m/s.
 STANDING = 0.05
 
 
 def speed_of(context: TickContext) -> float:
-    """Returns how fast the person walks, in m/s."""
+    """Returns the speed of the person, in m/s."""
     return math.hypot(context.state[VX], context.state[VY])
 
 
@@ -73,15 +73,9 @@ def walk_at(
 def slow_down_before(
     context: TickContext, left: float, deceleration: float
 ) -> None:
-    """Walks no faster than that `deceleration` still stops the person in time.
-
-    Args:
-        context: The tick context.
-        left: How far it is to where the person is to stand, in meters.
-        deceleration: In m/s^2.
-    """
-    # (Half of it leaves room for the forces. The speed that is wished stays,
-    # so that those of a wall nearby do not hold the person back.)
+    """Limits the speed so that `deceleration` stops the person in `left` m."""
+    # (Half of it leaves room for the forces. The desired speed stays, so that
+    # the forces of a wall nearby do not hold the person back.)
     most = context.command[Command.MAX_SPEED]
     least = speed_of(context) - deceleration * context.person.time_step
     speed = max(math.sqrt(deceleration * left), least)
@@ -103,14 +97,7 @@ def come_to_rest(context: TickContext, deceleration: float = 0.0) -> None:
 def walk_with(
     context: TickContext, vx: float, vy: float, acceleration: float
 ) -> None:
-    """Walks with a velocity, which changes by `acceleration` at most.
-
-    Args:
-        context: The tick context.
-        vx: The velocity, in W, in m/s.
-        vy: Its y, in m/s.
-        acceleration: How fast it changes at most, in m/s^2.
-    """
+    """Walks with a velocity in W, which changes by `acceleration` at most."""
     state, command = context.state, context.command
     dx, dy = vx - state[VX], vy - state[VY]
     change = math.hypot(dx, dy)

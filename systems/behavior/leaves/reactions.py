@@ -1,8 +1,8 @@
 """Actions that react to a robot: SurprisedNav, ScaredNav, CuriousNav, ...
 
 Their default values are HuNavSim's. With several robots, people react to the
-one that a condition before has noticed, or else to the nearest. An action of
-this kind fails if there is no robot.
+one that an earlier condition has noticed, or else to the nearest. The actions
+fail if there is no robot.
 """
 
 import math
@@ -26,7 +26,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.layout import RADIUS, YAW, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
-# How fast people turn to the robot, in rad/s.
+# The rate at which people turn to the robot, in rad/s.
 TURN_RATE = math.pi
 
 
@@ -66,8 +66,8 @@ def scared_nav(
     The push is `push` times `push_range` over the distance from the body to
     the robot's center; that distance counts as 0.05 m at least. The person
     slows down by `deceleration` at most, or at once if it is 0. With
-    `own_maximum`, someone whose own maximum is below `speed` keeps to that;
-    without, as in HuNavSim, fear makes such a person faster.
+    `own_maximum`, a person whose own maximum is below `speed` does not exceed
+    it; without, as in HuNavSim, fear makes such a person faster.
     """
     if context.robot is None:
         return NodeStatus.FAILURE
@@ -94,10 +94,10 @@ def curious_nav(
 ) -> NodeStatus:
     """Walks to the robot, then stands before it and looks at it.
 
-    It comes at `speed` at the distance `speed_distance`, elsewhere in
-    proportion, and never faster than the person's own maximum. It slows down
-    by `deceleration` at most, and begins to where that is needed, or stops at
-    once if it is 0.
+    The person comes at `speed` at the distance `speed_distance`, elsewhere in
+    proportion to the distance, and never faster than the own maximum. It slows
+    down by `deceleration` at most, as early as that demands, or stops at once
+    if it is 0.
     """
     row = context.robot
     if row is None:
@@ -133,8 +133,8 @@ def threatening_nav(
 ) -> NodeStatus:
     """Walks in front of the robot, straight, and looks at it from close by.
 
-    It walks at its own `speed`, which may be above the person's maximum. This
-    is HuNavSim's action, which leads through the robot if that is on the way;
+    The person walks at `speed`, which may be above the own maximum. This is
+    HuNavSim's action, which leads through a robot that is on the way;
     BlockRobot leads around it.
     """
     row = context.robot

@@ -1,7 +1,7 @@
 """Conditions about robots: IsRobotVisible, IsRobotApproaching, ...
 
-A condition that holds has noticed a robot: of those that fit, the nearest. It
-is the one that the actions after it are about.
+A condition that holds notices a robot, the nearest of those that fit. The
+actions after it refer to that robot.
 """
 
 import math
@@ -14,17 +14,17 @@ from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.common.schema import within
 
-# People see a little more than what lies before them, in radians.
+# The field of view of people, a little more than half a turn, in radians.
 FIELD_OF_VIEW = 2 * (math.pi / 2 + 0.17)
 
 # A robot slower than this stands, in m/s.
 SLOW = 0.05
 
-# Whoever moves less than this in the time of waiting stands, in meters:
-# people who would like to walk on do not stand quite still.
+# The largest movement of a person who stands, in the time of waiting, in
+# meters: people who want to walk on do not stand quite still.
 _STILL = 0.3
 
-# How nearly opposite two headings are that meet head-on: within 60 degrees.
+# The cosine of headings that meet head-on: within 60 degrees of opposite.
 _OPPOSITE = -math.cos(math.pi / 3)
 
 Distance = Annotated[float, within(0, 1e5, "m")]
@@ -49,7 +49,7 @@ def _notice_nearest(
 ) -> int:
     """Notices the nearest robot that no wall hides; returns its index or -1.
 
-    Each robot that fits otherwise comes as its distance and its index.
+    The robots that fit otherwise are given by their distances and indices.
     """
     found.sort()
     for _, index in found:
@@ -79,11 +79,10 @@ def is_robot_visible(
 ) -> bool:
     """Holds if a robot's center is near, in view, and not behind a wall.
 
-    Walls do not matter without `occlusion`. A robot that is noticed counts as
+    Walls have no effect without `occlusion`. A robot that is noticed counts as
     near up to `hysteresis` beyond `distance`. A person who loses sight of the
-    robot keeps it in mind for the time of `memory`; with `track`, that time
-    does not run while the robot is merely out of view: near, and not behind a
-    wall.
+    robot remembers it for the time `memory`; with `track`, that time does not
+    run while the robot is merely out of view: near, and not behind a wall.
     """
     state = context.state
     found = []
@@ -133,10 +132,10 @@ def is_robot_approaching(
     """Holds if a robot is about to pass near the person.
 
     The person is ahead of it, at most `distance` along its course and `width`
-    beside it. With `head_on`, the person faces it, too; with `at_rest` a person
-    who stands need not. A robot that stands counts only up to
-    `standing_distance`, as if it were to drive on. With `only_without_goal` it
-    does not hold for people who have a goal to walk to.
+    beside it. With `head_on`, the person must also face it; with `at_rest`, a
+    person who stands need not. A robot that stands counts only up to
+    `standing_distance`, as if it were to drive on. With `only_without_goal`,
+    the condition never holds for a person who has a goal.
     """
     if only_without_goal and context.goal is not None:
         return False
@@ -171,9 +170,9 @@ def is_robot_in_the_way(
     """Holds if the straight line to the goal passes too close to a robot.
 
     The robot is at most `distance` away, between the person and the goal, and
-    nearer than `clearance` to the line from the one to the other; with a `gap`
-    above 0, also nearer than that leaves between the bodies. A robot so near
-    to the goal itself cannot be passed, and does not count.
+    nearer than `clearance` to the line from the one to the other; a `gap`
+    above 0 extends that to robots that it does not leave between the bodies. A
+    robot so near to the goal itself cannot be passed, and does not count.
     """
     # (Most robots are far away, most of the time.)
     if not _is_any_near(context, distance):
@@ -188,7 +187,7 @@ def is_robot_in_the_way(
 
 
 def _is_any_near(context: TickContext, distance: float) -> bool:
-    """Tells whether any robot's center is at most a distance away."""
+    """Returns whether any robot's center is at most a distance away."""
     state = context.state
     x, y = state[X], state[Y]
     for robot in context.robots:
@@ -209,11 +208,11 @@ def between(context: TickContext, clearance: float, gap: float) -> float:
 
 
 class OnWay(NamedTuple):
-    """Where a robot is relative to a person's straight line to the goal.
+    """The position of a robot relative to a person's line to the goal.
 
     Attributes:
-        ahead: How far ahead, in meters.
-        beside: How far to the left, in meters.
+        ahead: The distance ahead of the person, in meters.
+        beside: The distance to the left of the line, in meters.
         row: Its place in `TickContext.robots`.
     """
 
@@ -227,12 +226,9 @@ def before_goal(
 ) -> list[OnWay]:
     """Returns the robots between the person and the goal.
 
-    Args:
-        context: The tick context.
-        distance: How far away robots are at most, in meters.
-        clearance: How near to the goal those are that cannot be passed, and
-            do not count, in meters.
-        behind: How far behind the person they still count, in meters.
+    They are at most `distance` away, and at most `behind` behind the person.
+    Robots nearer to the goal than `clearance` cannot be passed, and do not
+    count. All are in meters.
     """
     state, goal = context.state, context.goal
     if goal is None:
@@ -288,8 +284,8 @@ def is_robot_waiting(
 
     The person is ahead of the robot, less than `margin` beside the way of its
     body, their bodies are at most `distance` apart, and neither has moved more
-    than 0.3 m for `seconds`. With `with_goal`, only those count who have a
-    goal to walk to. It holds for one tick; then the time begins anew.
+    than 0.3 m for `seconds`. With `with_goal`, it holds only for people who
+    have a goal. It holds for one tick; then the time begins anew.
     """
     index = _nearest_ahead(context, distance, margin)
     if index < 0 or (with_goal and context.goal is None):

@@ -1,7 +1,7 @@
-"""Where there is room to let a robot pass: functions on numbers and walls.
+"""Finds room to let a robot pass: functions on numbers and walls.
 
-Walls are `Obstacles.table`, or None for nowhere. A robot comes as how it
-drives: see `Drive`. Everything is in W, in meters and m/s.
+Walls are `Obstacles.table`, or None if there are none. A robot is given by its
+`Drive`. All numbers are in W, in meters and m/s.
 """
 
 import math
@@ -13,56 +13,56 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.world.ray_cast import ray_cast
 
-# How far back along the robot's way people look for room, and in what steps.
+# The distance along the robot's way in which people look for room; its steps.
 _BACK = 6.0
 _STEP = 0.25
 
-# What is left free between the body and a wall: hardly anything, as walls are
-# leaned on to let somebody pass.
+# The gap between the body and a wall: small, as people lean on walls to let
+# somebody pass.
 WALL_GAP = 0.03
 
-# So little less than what is asked for is enough.
+# The tolerated lack of room.
 _SLIGHT = 0.02
 
-# Someone less far beside the robot's way is on it.
+# A person less far beside the robot's way is on it.
 _BESIDE = 0.1
 
-# The room that is worth going to the other side for; and how far people go
-# for more room: so much more per meter.
+# The gain of room for which people go to the other side, and the gain for which
+# they go a meter farther.
 _OTHER_SIDE = 0.1
 _PER_METER = 0.1
 
-# Nobody crosses before a robot that would be nearer than this then.
+# The least gap to a robot after crossing ahead of it.
 _CROSSING = 0.5
 
-# People do not go to where somebody stands nearer than this to the middle of
-# the spot, over the body's own diameter.
+# A spot is taken if somebody stands nearer to its center than this and the
+# body's diameter.
 _APART = 0.05
 
-# Between the bodies there is more than this when somebody squeezes past a robot
-# that stands, and no more than this is needed between the discs; and so far
-# behind it is past.
+# The least gap between the bodies for squeezing past a robot that stands, the
+# gap between the discs that is enough for it, and the distance behind the robot
+# at which it is passed.
 SQUEEZE = 0.05
 _LEAST_PAST = 0.1
 _BEHIND = 0.3
 
-# Who goes away from a robot looks so far for a free way, and takes the
-# straightest one that is so long.
+# People who walk away from a robot look this far for a free way, and take the
+# straightest one of the second length, in steps of this angle.
 _SIGHT = 3.0
 _FREE = 1.0
 _TURN = math.pi / 6
 
 
 class Drive(NamedTuple):
-    """Where a robot drives, and where a person is on its way.
+    """The course of a robot, and the position of a person relative to it.
 
     Attributes:
-        hx: The direction, a unit vector.
+        hx: The x of the course, a unit vector.
         hy: Its y.
-        along: How far ahead of it the person is.
-        beside: How far to its left.
-        both: The radii of both.
-        speed: How fast it drives.
+        along: The distance of the person ahead of the robot.
+        beside: The distance of the person to its left.
+        both: The sum of the radii of both.
+        speed: The speed of the robot.
     """
 
     hx: float
@@ -74,7 +74,7 @@ class Drive(NamedTuple):
 
 
 def drive_of(robot: Row, state: Row) -> Drive:
-    """Returns where a robot drives, seen by a person; rows of states."""
+    """Returns the drive of a robot relative to a person; rows of states."""
     hx, hy = course(robot)
     rx, ry = state[X] - robot[X], state[Y] - robot[Y]
     return Drive(
@@ -88,7 +88,7 @@ def drive_of(robot: Row, state: Row) -> Drive:
 
 
 class Spot(NamedTuple):
-    """Where to go back to, and from there aside; and the gap that leaves."""
+    """A point to go back to, the spot aside from there, and its gap."""
 
     back_x: float
     back_y: float
@@ -98,12 +98,12 @@ class Spot(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """What a spot must have.
+    """The requirements on a spot.
 
     Attributes:
-        gap: What is wanted between the two discs as the robot passes.
-        least: What there must be at least, if no less is wanted.
-        pace: How fast the person walks.
+        gap: The desired gap between the two discs as the robot passes.
+        least: The least gap, unless less is desired.
+        pace: The speed of the person.
         away: Spots nearer than this to the person do not count.
     """
 
@@ -123,18 +123,11 @@ def find_spot(
 ) -> Spot | None:
     """Returns the spot beside a robot's way to let it pass; None if nowhere.
 
-    It is abreast of where the person is, or farther back along the way, where
-    that leaves more room: a gap of 0.1 m more is worth a meter. It is on the
-    person's side, else where there is more room, if time is left to cross; the
-    left of the robot, which is the right of someone who faces it, if in doubt.
-
-    Args:
-        state: The person's row of `human_states`.
-        body: The radius of the body itself.
-        drive: How the robot drives.
-        wanted: What the spot must have.
-        others: Where people are who stand.
-        walls: What people cannot walk through.
+    It is abreast of the person, or farther back along the way if that leaves
+    more room: 0.1 m more of a gap is worth a meter. It is on the person's
+    side, or on the other if that has more room and time is left to cross; if
+    in doubt, on the robot's left, the right of a person who faces it. It is
+    not taken by others who stand. `body` is the radius of the body itself.
     """
     x, y, radius = state[X], state[Y], state[RADIUS]
     gap, least, pace, away = wanted
@@ -173,7 +166,7 @@ def find_spot(
 
 
 def _can_cross(drive: Drive, back: float, way: float, pace: float) -> bool:
-    """Tells whether someone gets to the other side before a robot comes."""
+    """Returns whether a person can cross before a robot comes."""
     if drive.speed == 0:
         return True
     driven = drive.speed * (back + way) / max(pace, 1e-3)
@@ -183,7 +176,7 @@ def _can_cross(drive: Drive, back: float, way: float, pace: float) -> bool:
 def _is_taken(
     x: float, y: float, body: float, others: list[tuple[float, float]]
 ) -> bool:
-    """Tells whether somebody is where a body is to stand."""
+    """Returns whether somebody stands where a body is to stand."""
     apart = 2 * body + _APART
     return any(math.hypot(x - ox, y - oy) < apart for ox, oy in others)
 
@@ -198,17 +191,11 @@ def free_way(
     body: float,
     beside: float,
 ) -> float:
-    """Returns how much of a straight way a body has room on, in meters.
+    """Returns the length of a straight way that is free for a body, in meters.
 
-    Args:
-        walls: See above.
-        x: Where it starts.
-        y: Its y.
-        dx: The direction, a unit vector.
-        dy: Its y.
-        way: How long it is.
-        body: The radius of the body.
-        beside: What must be free on either side of its middle.
+    It leads from (x, y) in the direction (dx, dy), a unit vector, over the
+    length `way`. `body` is the radius of the body, and `beside` must be free on
+    either side of its middle.
     """
     if walls is None or way <= 0:
         return max(way, 0.0)
@@ -225,10 +212,10 @@ def free_way(
 def way_off(
     state: Row, body: float, drive: Drive, walls: Array | None
 ) -> tuple[float, float, float]:
-    """Returns where to walk away from a robot: a direction, and how far.
+    """Returns a way off from a robot: a direction, and its free length.
 
-    It leads straight on along the robot's way; where that is blocked, to the
-    side as little as need be; and where all is, straight on as far as it goes.
+    It is straight on along the robot's way; if that is blocked, to the side by
+    the least angle; and if all are blocked, straight on as far as possible.
     """
     first = 1.0 if drive.beside >= 0 else -1.0
     ways = []
@@ -249,8 +236,8 @@ def way_past(
 ) -> Spot | None:
     """Returns the way past a robot that stands; None if bodies do not fit.
 
-    It leads to the wall, on the side with more room, if it differs, and along
-    it to behind the robot. The arguments are those of `find_spot`.
+    It leads to the wall, on the side with more room, and along it to behind
+    the robot. The arguments are those of `find_spot`.
     """
     hx, hy = drive.hx, drive.hy
     behind = drive.along + drive.both + _BEHIND

@@ -36,19 +36,20 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.common.schema import within
 
-# HuNavSim takes a goal for reached this far outside its radius, in meters.
+# The distance beyond its radius at which HuNavSim takes a goal for reached, in
+# meters.
 GOAL_MARGIN = 0.1
 
-# People who stand, slower than this, in m/s, are in the way of who shares their
-# goal if there is no more than this between the bodies; and they take up this
-# much more room around the goal, times the square root of their number, both
-# in meters.
+# People slower than the first value, in m/s, stand. They block a person with
+# the same goal if no more than the second is between the bodies, and they
+# extend the goal by the third, times the square root of their number, both in
+# meters.
 _STANDING = 0.1
 _IN_THE_WAY = 0.3
 _CROWDING = 0.4
 
-# Who is so far from the place where to stand goes back, until so near to it,
-# unless a robot or somebody is so near to the way, disc to disc; in meters.
+# A person this far from its place goes back until this near to it, unless a
+# robot or person is this near to the way, disc to disc; in meters.
 _OFF = 0.3
 _BACK_AT = 0.1
 _CLEAR = 0.3
@@ -86,7 +87,7 @@ def is_goal_reached(context: TickContext, *, shared: bool = True) -> bool:
 def _is_taken(
     context: TickContext, goal: tuple[float, float], distance: float
 ) -> bool:
-    """Tells whether people who stand at a goal are in the person's way."""
+    """Returns whether people who stand at a goal block the person's way."""
     beyond = (distance - context.person.goal_radius) / _CROWDING
     if beyond * beyond > context.num_humans - 1:
         return False
@@ -119,9 +120,9 @@ def regular_nav(
     robot: Role = "pedestrian",
     ignore_robot: bool = False,
 ) -> None:
-    """Walks to the current goal; `robot` is how robots enter the forces.
+    """Walks to the current goal; `robot` is its role in the social forces.
 
-    With `ignore_robot` they are unseen, whatever `robot` is.
+    With `ignore_robot` robots are unseen, whatever `robot` is.
     """
     role = ROLES["unseen" if ignore_robot else robot]
     context.command[Command.ROBOT_ROLE] = role
@@ -168,11 +169,12 @@ def time_expired(
 def keep_place(
     context: TickContext, own: list[float], *, speed: PortSpeed = 0.6
 ) -> NodeStatus:
-    """Goes back to where the person stood with no goal left.
+    """Walks back to the place where the person stood without a goal.
 
-    The place is where somebody without a goal came to rest when this was
-    ticked. Who is more than 0.3 m off walks back at `speed` at most, unless a
-    robot or somebody is on the way. The action fails if there is nothing to do.
+    The place is where a person without a goal came to rest while this was
+    ticked. A person more than 0.3 m away walks back at `speed` at most, unless
+    a robot or another person is on the way. The action fails if there is
+    nothing to do.
     """
     state, command = context.state, context.command
     if context.goal is not None:
@@ -195,7 +197,7 @@ def keep_place(
 
 
 def _is_blocked(context: TickContext, x: float, y: float) -> bool:
-    """Tells whether a robot or somebody else is on the way to a place."""
+    """Returns whether a robot or another person is on the way to a place."""
     state, index = context.state, context.person.index
     rows = context.robots + [
         it for i, it in enumerate(context.humans) if i != index

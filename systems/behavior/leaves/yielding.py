@@ -1,4 +1,4 @@
-"""Actions of people whom robots meet: StandStill, PassBy."""
+"""Actions of people who meet a robot: StandStill, PassBy, KeepOff."""
 
 import itertools
 import math
@@ -39,25 +39,25 @@ from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within
 
-# What is left free between the body and a wall, in meters.
+# The gap between the body and a wall, in meters.
 _WALL_GAP = 0.15
 
-# Someone less far beside the robot's course is on it, in meters.
+# A person less far beside the robot's course is on it, in meters.
 _BESIDE = 0.1
 
-# Nobody changes sides for less room than this, in meters.
+# The least gain of room for which people change sides, in meters.
 _WORTH = 0.1
 
-# How far ahead the point is that someone who passes the robot walks to, in
+# The distance of the point ahead that a person who passes a robot walks to, in
 # meters.
 _AHEAD = 0.2
 
-# How far people keep off a robot that they do not pass, body to body, in
-# meters, and how fast they slow down for it, in m/s^2.
+# The gap to a robot that people do not pass, body to body, in meters, and
+# their deceleration for it, in m/s^2.
 _KEEP_OFF = 0.5
 _BRAKING = 2.5
 
-# How much farther away a robot must be when passing ends, in meters: else it
+# The additional distance of a robot at which passing ends, in meters: else it
 # would begin again at once.
 _LEEWAY = 0.5
 
@@ -75,8 +75,8 @@ def stand_still(
     """Stands still and turns to the robot, if there is one.
 
     It runs for `seconds`, and for one tick at least, with the behavior status
-    `status`. The person slows down by `deceleration` at most, or at once if it
-    is 0.
+    `status`. The person slows down by `deceleration` at most, or stops at once
+    if it is 0.
     """
     come_to_rest(context, deceleration)
     robot = context.robot
@@ -109,20 +109,20 @@ def pass_by(
     """Walks on towards the goal, past all robots at a distance of `clearance`.
 
     With a `gap` above 0, it leaves at least that between the bodies.
-    The side is the one that takes the person the least off the way, the
-    right-hand side of a robot right ahead, and is kept. Where walls or robots
-    leave less room, the person passes where there is most: first the nearest
-    robots, then those behind them. The point to walk to is never beyond a
-    wall; where two bodies hardly fit in, the body touches the wall there. With
-    a `room` above 0, nobody passes a robot that drives with less than that
-    between the bodies, or one that stands with less than 0.05 m, but keeps
-    0.5 m off it, and leans on walls to have that room. The action runs until
-    no robot is between the person and the goal, at most 0.5 m farther away
-    than `distance`; its behavior status is `status`.
+    The side is the one with the smaller detour, the right-hand one if a robot
+    is right ahead, and is kept. Where walls or robots leave less room, the
+    person passes where there is most: first the nearest robots, then those
+    behind them. The point to walk to is never beyond a wall; where two bodies
+    hardly fit in, the body touches the wall there. With a `room` above 0, the
+    person does not pass a moving robot with less than that between the bodies,
+    or a standing one with less than 0.05 m, but keeps 0.5 m off it, and leans
+    on walls to get that room. The action runs until no robot is between the
+    person and the goal, at most 0.5 m farther away than `distance`; its
+    behavior status is `status`.
     """
     state, command = context.state, context.command
     clearance = between(context, clearance, gap)
-    # (Who leaned on a wall cuts in no sooner than that.)
+    # (A person who leaned on a wall cuts in no sooner than that.)
     behind = clearance if room and own[0] else 0.0
     robots = before_goal(context, distance + _LEEWAY, clearance, behind)
     if not robots:
@@ -171,9 +171,9 @@ def pass_by(
 def keep_off(context: TickContext, *, distance: Distance = 2.5) -> NodeStatus:
     """Keeps off a robot right ahead on the way to the goal, or at the goal.
 
-    The person comes no nearer to it than 0.5 m, body to body, and goes along
-    with it. The action fails if there is no robot for which to slow down, at
-    most `distance` away, or the person is at the goal.
+    The person comes no nearer to it than 0.5 m, body to body, and moves along
+    with it. The action fails if no robot within `distance` makes the person
+    slow down, or if the person is at the goal.
     """
     goal, state = context.goal, context.state
     if goal is None or (
@@ -192,14 +192,11 @@ def keep_off(context: TickContext, *, distance: Distance = 2.5) -> NodeStatus:
 def _keeps_off(
     context: TickContext, robots: list[OnWay], lane: float, room: float
 ) -> bool:
-    """Stays away from a robot beside which there is no room; tells whether.
+    """Stays off a robot that leaves no room to pass; returns whether it does.
 
-    Args:
-        context: The tick context.
-        robots: Those that count.
-        lane: The lane to walk in, to the left of the way; 0 is straight on.
-        room: How much there must be between the bodies, in meters; beside a
-            robot that stands 0.05 m will do.
+    The lane is to the left of the way; 0 is straight on. `room` is the least
+    gap between the bodies, in meters; 0.05 m is enough beside a robot that
+    stands.
     """
     body = context.person.body_radius
     gx, gy = way(context)
@@ -228,7 +225,7 @@ def _keeps_off(
 
 
 def _fits(context: TickContext, robot: Row, side: float, room: float) -> bool:
-    """Tells whether a body fits between a robot and the wall beside it."""
+    """Returns whether a body fits between a robot and the wall beside it."""
     gx, gy = way(context)
     reach = 2 * context.person.body_radius + WALL_GAP + room + robot[RADIUS]
     reach = math.copysign(reach, side)
@@ -243,7 +240,7 @@ def _find_lane(
     usual: float,
     body: float,
 ) -> float:
-    """Returns the lane past robots: how far left of the line to the goal."""
+    """Returns the lane past robots: meters to the left of the way."""
     blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
     if not blocking:
         return 0.0
@@ -263,7 +260,7 @@ def _widest_lane(
     usual: float,
     body: float,
 ) -> tuple[float, float]:
-    """Returns the widest lane, after the room in it, up to `clearance`."""
+    """Returns the room, up to `clearance`, and the lane with the most of it."""
     beside = sorted(it.beside for it in robots)
     left, left_gap = _wall_beside(context, robots, clearance, 1.0)
     right, right_gap = _wall_beside(context, robots, clearance, -1.0)
@@ -290,10 +287,9 @@ def _widest_lane(
 def _wall_beside(
     context: TickContext, robots: list[OnWay], clearance: float, side: float
 ) -> tuple[float, float]:
-    """Returns where the wall beside robots is, on a side: 1 left, -1 right.
+    """Returns the lane of the wall beside robots on a side: 1 left, -1 right.
 
-    Returns:
-        Its lane, and the gap between it and the body of the nearest robot.
+    After it comes the gap between it and the body of the nearest robot.
     """
     gx, gy = way(context)
     outermost = max(robots, key=lambda it: side * it.beside)

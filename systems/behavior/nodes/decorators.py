@@ -25,8 +25,8 @@ from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.schema import within
 
-# How often Repeat and RetryUntilSuccessful tick a child that completes at
-# once, before they leave the rest to the next tick.
+# The number of times that Repeat and RetryUntilSuccessful tick a child that
+# completes at once, before they leave the rest to the next tick.
 MAX_CYCLES_PER_TICK = 100
 
 Milliseconds = Annotated[float, within(0, 1e9, "ms")]

@@ -11,7 +11,7 @@ class Place(NamedTuple):
     """A line of a file.
 
     Attributes:
-        file: The path of the file, or what stands for it.
+        file: The path of the file, or its name in messages.
         line: The line, from 1; 0 for the file as a whole.
     """
 
@@ -26,7 +26,7 @@ class BehaviorTreeError(ValueError):
     """A fault in a behavior tree.
 
     Attributes:
-        message: What is wrong, without the place.
+        message: The fault, without the place.
         place: Where it is.
         node: The name of the XML element or node; empty for a whole file.
         nearest: The known name that is nearest to an unknown one, or None.
@@ -52,8 +52,8 @@ class Spot(NamedTuple):
     """A node or XML element, and where it is written.
 
     Attributes:
-        place: Where it is.
-        node: What it is called; empty for a whole file.
+        place: The place.
+        node: Its name; empty for a whole file.
     """
 
     place: Place

@@ -1,4 +1,4 @@
-"""Builds the tick function of a leaf from the Python function it is."""
+"""Builds the tick function of a leaf from its Python function."""
 
 from collections.abc import Callable
 from functools import partial
@@ -20,7 +20,7 @@ from hunav_drake.systems.behavior.nodes.node import (
 from hunav_drake.systems.behavior.nodes.port import Constant
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 
-# The first slot of an action that remembers: whether it runs.
+# The first slot of an action that remembers: 1 while it runs.
 RUNNING_SLOT = "(running)"
 
 
@@ -123,9 +123,9 @@ def _leaf_halt(node: Node, running: int) -> HaltFunction:
 def _with_memory(
     function: Callable[..., Any], node: Node
 ) -> Callable[[Memory, TickContext], Any] | None:
-    """Returns a leaf's function with its memory, and the ports that are there.
+    """Returns a leaf's function with its memory and the variable ports.
 
-    None if there is nothing of the kind: the function takes the context only.
+    None if it has neither: the function takes the context only.
     """
     variables = {
         name: node.reader(name)

@@ -35,10 +35,10 @@ class NodeStatus(IntEnum):
     """Needs more ticks."""
 
     SUCCESS = 2
-    """Done, and it went well."""
+    """Completed with success."""
 
     FAILURE = 3
-    """Done, or not to be done, and it did not go well."""
+    """Completed without success, or could not be done."""
 
     SKIPPED = 4
     """Skipped: its parent goes on as if the node were not there."""
@@ -60,7 +60,7 @@ class Fixed:
     """The function that evaluates an expression without variables.
 
     Attributes:
-        number: What it gives.
+        number: Its value.
     """
 
     number: float
@@ -77,9 +77,9 @@ class Conditions:
     Attributes:
         before: For each pre-condition, the function that evaluates it.
         after: For each post-condition, the functions that set entries.
-        slot: The index in the memory of whether the node runs; None if that
-            need not be known.
-        source: The attributes as they are written.
+        slot: The index in the memory of the flag that the node runs; None if
+            no condition needs it.
+        source: The attributes as in the file.
     """
 
     before: Mapping[str, Callable[[Memory], float]]
@@ -93,13 +93,13 @@ class Node:
     """A node of a tree.
 
     Attributes:
-        type: What it is.
-        name: What it is called: the attribute `name`, or the type's name.
-        place: Where it is written.
+        type: Its node type.
+        name: Its name: the attribute `name`, or the type's name.
+        place: Its place in the file.
         ports: The value of each port.
         children: The nodes under it.
         first: The index of its first slot in the memory.
-        slots: What each of its slots holds.
+        slots: The names of its slots.
         conditions: Its conditions, if it has any.
     """
 
@@ -148,8 +148,8 @@ class Node:
     def number_reader(self, port: str) -> Callable[[Memory], float]:
         """Returns the function that reads a port's value as a number.
 
-        It is for ports that take what blackboard entries hold, and gives
-        UNSET of an entry that is not set.
+        It is for ports that take any value of a blackboard entry; UNSET
+        stands for an entry that is not set.
         """
         value = self.ports[port]
         if isinstance(value, Constant):
@@ -167,10 +167,10 @@ class Built(NamedTuple):
         halt: Halts the node if it is running; None if that changes nothing.
         may_skip: Whether it can return SKIPPED.
         work: The largest number of nodes that one tick of it ticks.
-        clears: What `halt` does, where that is known: the slots that it sets
-            to 0,
-        halts: and the functions that it calls then. One function that halts
-            all nodes under it takes less time than one for each.
+        clears: The slots that `halt` sets to 0.
+        halts: The functions that `halt` calls after that; None if that is not
+            known. One function that halts all nodes under it takes less time
+            than one for each.
     """
 
     tick: TickFunction
@@ -184,9 +184,9 @@ class Built(NamedTuple):
 def parts_of(
     children: tuple[Built, ...],
 ) -> tuple[tuple[int, ...], tuple[HaltFunction, ...]]:
-    """Returns what it takes to halt nodes: see `Built`.
+    """Returns the slots and functions that halt nodes: see `Built`.
 
-    The slots are none that the functions read.
+    The functions do not read the slots.
     """
     clears: list[int] = []
     halts: list[HaltFunction] = []
@@ -261,7 +261,7 @@ def compose(
 
 BuildFunction = Callable[[Node, tuple[Built, ...]], Built]
 
-# How many children a control node may have that takes any number.
+# The numbers of children of a control node that takes any number.
 MANY = (1, 10**6)
 
 
@@ -273,7 +273,7 @@ class NodeType:
         name: The name of its XML element.
         category: Its category in Groot2.
         build: Builds a node from its children.
-        doc: What it does, in one line.
+        doc: A description in one line.
         ports: Its ports by name.
         ignored: Attributes that are accepted and have no effect.
         slots: Its numbers in the memory: their names and initial values.

@@ -11,8 +11,8 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from hunav_drake.systems.behavior.nodes.errors import Spot
 
-# What a blackboard entry holds until something sets it. No literal is
-# infinite, and unlike NaN it is equal to itself, so that states compare.
+# The number of a blackboard entry that is not set. No literal is infinite, and
+# unlike NaN it is equal to itself, so that states compare.
 UNSET = float("-inf")
 
 
@@ -20,7 +20,7 @@ def _message(error: ValidationError, value: Any) -> str:
     """Returns the message for a value that breaks a rule."""
     text = error.errors()[0]["msg"]
     text = text.removeprefix("Input ").removeprefix("Value error, ")
-    # Rules of our own tell what they got; those of pydantic do not.
+    # Rules of this package name the value; those of pydantic do not.
     return text if ", got " in text else f"{text}, got {value!r}"
 
 
@@ -31,13 +31,13 @@ class Port:
     Attributes:
         name: The name of the attribute.
         annotation: The Python type: float, int, bool, str or a Literal of
-            texts, or one of these Annotated with rules of pydantic. Any is
-            what a blackboard entry can hold, a number or a text; all such
-            ports of a node hold the same.
+            texts, or one of these Annotated with rules of pydantic. Any takes
+            each value of a blackboard entry, a number or a text; all such
+            ports of a node have the same type.
         default: The value without the attribute; `...` if it is required.
         output: Whether the node sets the blackboard entry that the attribute
             names, rather than taking a value.
-        adapter: What checks values of the annotation.
+        adapter: The validator of its values.
     """
 
     name: str
@@ -92,8 +92,8 @@ class Constant:
 
     Attributes:
         value: The value.
-        number: What stands for it in the memory, if the port takes what
-            blackboard entries hold.
+        number: Its number in the memory, if the port takes any value of a
+            blackboard entry.
     """
 
     value: Any
@@ -107,7 +107,7 @@ class Variable:
     Attributes:
         key: The name of the entry.
         slot: Its index in the memory.
-        texts: If the entry holds texts, the texts that its numbers mean.
+        texts: The texts that its numbers mean, if it holds texts.
     """
 
     key: str

@@ -39,7 +39,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 BEFORE = ("_failureIf", "_successIf", "_skipIf", "_while")
 AFTER = ("_onHalted", "_onFailure", "_onSuccess", "_post")
 
-# What a node with one of these must remember.
+# The slot of a node with one of these conditions: 1 while it runs.
 BEGUN_SLOT = "(runs)"
 _NEED_MEMORY = frozenset({*BEFORE, "_onHalted"})
 _RESULTS = {"_failureIf": FAILURE, "_successIf": SUCCESS, "_skipIf": SKIPPED}
@@ -106,7 +106,7 @@ def _conditional(built: Built, conditions: Conditions) -> Built:
 
     chosen: TickFunction = tick
     if slot is not None and not holds_while:
-        # What never changes is not asked in each tick.
+        # Conditions that never change are not evaluated in each tick.
         if not results and not has_effects:
             chosen = _noted(own_tick, slot)
         elif results and results[0][1] is SKIPPED and _always(results[0][0]):
@@ -146,10 +146,10 @@ def _skipped(tick: TickFunction, slot: int) -> TickFunction:
 
 
 def _never(holds: Callable[[Memory], float]) -> bool:
-    """Tells whether a condition never holds."""
+    """Returns whether a condition never holds."""
     return isinstance(holds, Fixed) and not holds.number
 
 
 def _always(holds: Callable[[Memory], float]) -> bool:
-    """Tells whether a condition always holds."""
+    """Returns whether a condition always holds."""
     return isinstance(holds, Fixed) and bool(holds.number)

@@ -1,4 +1,4 @@
-"""The registered node types, and how to register your own leaves.
+"""The registered node types, and the registration of users' leaves.
 
 A leaf is a function. Its first parameter is the `TickContext`; its keyword-only
 parameters are the ports, with their types and defaults; a leaf that remembers
@@ -10,11 +10,10 @@ takes its own numbers as a list in a second parameter::
         return own[0] * context.person.time_step >= seconds
 
 A condition returns whether it holds, as a bool or as SUCCESS or FAILURE; an
-action returns a `NodeStatus`, or nothing for SUCCESS. Instead of a function, an
-object with a method `__call__` is as good, and so is its class, of which one
-object is made, or a `functools.partial`, whose keywords are then no ports. A
-leaf must not keep anything elsewhere: then a tick depends on nothing but the
-state and the inputs.
+action returns a `NodeStatus`, or nothing for SUCCESS. A leaf can also be an
+object with a method `__call__`, its class, of which one object is made, or a
+`functools.partial`, whose keywords are then no ports. A leaf must keep nothing
+elsewhere, so that a tick depends only on the state and the inputs.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -41,7 +40,7 @@ _TYPES: dict[str, NodeType] = {it.name: it for it in _BUILTIN}
 # All registered node types, read-only.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
 
-# Other spellings that files of BehaviorTree.CPP 3 have.
+# Other spellings in files of BehaviorTree.CPP 3.
 ALIASES: Mapping[str, str] = MappingProxyType(
     {
         "SequenceStar": "SequenceWithMemory",
@@ -49,7 +48,7 @@ ALIASES: Mapping[str, str] = MappingProxyType(
     }
 )
 
-# Ports that BehaviorTree.CPP 3 calls otherwise.
+# Ports that have other names in BehaviorTree.CPP 3.
 PORT_ALIASES: Mapping[tuple[str, str], str] = MappingProxyType(
     {
         ("Parallel", "success_threshold"): "success_count",
@@ -82,18 +81,18 @@ def register_condition(
 
     Args:
         name: The name of the XML element.
-        memory: What the condition remembers, with what it is at first. It is
-            kept for as long as the tree lives.
-        ignored: Attributes that are accepted and mean nothing.
+        memory: The names and initial values of the numbers that the condition
+            remembers for as long as the tree lives.
+        ignored: Attributes that are accepted and have no effect.
         replace: Whether the name may be that of another leaf, which is then
-            forgotten. Trees that are loaded already keep it. It is not needed
-            for code that runs again: a function of the same module and the
-            same name, or of a cell of a notebook.
+            forgotten; trees that are loaded already keep it. It is not needed
+            for code that runs again: a function of the same module and name,
+            or of a cell of a notebook.
 
     Raises:
-        ValueError: If the name is that of another leaf, and not `replace`; if
-            it is that of a node of the language, or no name; or if a
-            parameter is not what a port can be.
+        ValueError: If the name is that of another leaf, without `replace`, or
+            that of a node of the language; or if the name or a parameter is
+            invalid.
     """
     return _decorator(name, "Condition", memory, ignored, replace)
 
@@ -109,9 +108,9 @@ def register_action(
 
     Args:
         name: The name of the XML element.
-        memory: What the action remembers, with what it is at first. It begins
-            again when the action is halted while it is RUNNING.
-        ignored: Attributes that are accepted and mean nothing.
+        memory: The names and initial values of the numbers that the action
+            remembers. They are reset when the action is halted while RUNNING.
+        ignored: Attributes that are accepted and have no effect.
         replace: As for `register_condition`.
 
     Raises:
@@ -173,7 +172,7 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
         raise taken("another leaf of the same function or class")
     if _definition(after) == _definition(before):
         return
-    # A changed cell has another file; what is typed in, a name such as <stdin>.
+    # A changed cell has another file; typed code has a name such as <stdin>.
     file = _file(before)
     typed_in = file.startswith("<") or file != _file(after)
     if before.__module__ != "__main__" or not typed_in:
@@ -181,7 +180,7 @@ def _check_runs_again(name: str, old: Any, new: Any) -> None:
 
 
 def _definition(original: Any) -> tuple[str, int]:
-    """Returns what distinguishes the definitions in a module."""
+    """Returns the name and, for a lambda, the line of a definition."""
     name: str = original.__qualname__
     # (Functions without a name all have the same.)
     nameless = name.endswith("<lambda>")
@@ -215,17 +214,17 @@ def make_leaf_type(
     memory: dict[str, float],
     ignored: frozenset[str],
 ) -> NodeType:
-    """Returns the node type of a leaf, which is not registered by this.
+    """Returns the node type of a leaf, without registering it.
 
     Args:
         name: The name of the XML element.
         category: "Action" or "Condition".
-        function: What the leaf does: see `register_action`.
-        memory: What it remembers, with what it is at first.
-        ignored: Attributes that are accepted and mean nothing.
+        function: The function of the leaf: see `register_action`.
+        memory: The names and initial values of the numbers it remembers.
+        ignored: Attributes that are accepted and have no effect.
 
     Raises:
-        ValueError: If the name, or a parameter, is not what it can be.
+        ValueError: If the name or a parameter is invalid.
     """
     if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
         raise ValueError(f"a node name is letters and digits, got {name!r}")
@@ -237,7 +236,7 @@ def make_leaf_type(
     original = _original(function)
     leaf = function
     if isinstance(function, type):
-        # Of a class, one object is the leaf.
+        # The leaf is an object of the class.
         try:
             leaf = function()
         except TypeError as error:

@@ -1,4 +1,4 @@
-"""The tick context: what the nodes of a tree read and write in one tick."""
+"""The tick context: the data that a tree's nodes read and write in a tick."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,9 +18,8 @@ from hunav_drake.systems.people.human_config import LARGEST_BODY, HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.ray_cast import ray_cast
 
-# The memory of every tree begins with what belongs to the person, not to a
-# node: the number of the current goal in the person's list; as many as there
-# are goals once none is left.
+# The memory of every tree begins with the person's own number: the index of the
+# current goal in the person's list, or the number of goals once none is left.
 GOAL_INDEX = 0
 PERSON_MEMORY = ("goal index",)
 
@@ -59,10 +58,10 @@ class Person:
         time_step: The time between two ticks, in seconds.
         commands: For each goal, and for none, the command to walk to it and
             do nothing else: see `layout.Command`.
-        walls: What the person cannot walk through: `Obstacles.table`. None if
-            there is nothing of the kind.
-        hiding: What the person cannot see through, likewise.
-        body_radius: That of the body itself, in meters.
+        walls: The obstacles that the person cannot walk through:
+            `Obstacles.table`; None if there are none.
+        hiding: The obstacles that the person cannot see through, likewise.
+        body_radius: The radius of the body itself, in meters.
     """
 
     index: int
@@ -95,9 +94,10 @@ class Person:
             id: The number of the person; by default that of the
                 configuration, else ``index + 1``.
             time_step: The time between two ticks, in seconds.
-            obstacles: What the person cannot walk through; nothing by default.
-            sight_obstacles: What the person cannot see through; by default,
-                the obstacles.
+            obstacles: The obstacles that the person cannot walk through; none
+                by default.
+            sight_obstacles: The obstacles that the person cannot see through;
+                by default, ``obstacles``.
         """
         if sight_obstacles is None:
             sight_obstacles = obstacles
@@ -129,16 +129,17 @@ def _rows(states: Array) -> list[Row]:
 
 
 class TickContext:
-    """What leaves read and write in one tick of one person's tree.
+    """The data that leaves read and write in one tick of a person's tree.
 
-    A leaf reads the rest and writes `command` and `behavior_status`.
+    Leaves write `command` and `behavior_status`, and only read the rest.
 
     Attributes:
-        person: Whose tick it is.
-        command: What the person is going to do, laid out as `layout.Command`;
-            before any leaf writes, to walk to the current goal.
+        person: The person whose tree is ticked.
+        command: The person's command, laid out as `layout.Command`; before any
+            leaf writes, it is to walk to the current goal.
         behavior_status: 0 while no reaction is active, else the state that
-            it is in, up to `MAX_BEHAVIOR_STATUS`; most have the one state 1.
+            it is in, up to `MAX_BEHAVIOR_STATUS`; most reactions have the one
+            state 1.
         state: The person's own row of `human_states`.
         robots: The rows of `robot_states`.
     """
@@ -164,7 +165,7 @@ class TickContext:
         """Constructs a TickContext.
 
         Args:
-            person: Whose tick it is.
+            person: The person whose tree is ticked.
             memory: The memory of the tree; the tick changes it.
             human_states: Shape (7n,), see `common.layout`.
             robot_states: Shape (7m,), see `common.layout`.
@@ -216,7 +217,7 @@ class TickContext:
         self._noticed = self.robots[index]
 
     def sees(self, x: float, y: float) -> bool:
-        """Tells whether nothing hides a point from this person.
+        """Returns whether nothing hides a point from this person.
 
         Args:
             x: The x of the point in W, in meters.
@@ -231,7 +232,7 @@ class TickContext:
     def cast_ray(
         self, x: float, y: float, start: Sequence[float] | None = None
     ) -> float:
-        """Casts a ray to a point, along the floor: low things stop it too.
+        """Casts a ray to a point along the floor, where low things stop it.
 
         Args:
             x: The x of the point in W, in meters.

@@ -11,7 +11,7 @@ import subprocess
 import sys
 from typing import Any
 
-# After so many seconds, a file is not waited for any longer.
+# The time limit for a file, in seconds.
 _PATIENCE = 60.0
 
 _CHILD = (
@@ -20,16 +20,16 @@ _CHILD = (
     f" from {__name__} import answer; answer(request)"
 )
 
-# What has gone well in this process, and whether this is the other one.
+# The calls that succeeded in this process, and whether this is the other one.
 _passed: set[Hashable] = set()
 _is_other = False
 
 
 class ModelFault(ValueError):
-    """What is wrong with a model of a file.
+    """A fault of a model of a file.
 
     Attributes:
-        place: Which setting of what names the file it is about.
+        place: The setting that it is about, of the configuration of the file.
     """
 
     def __init__(self, place: tuple[str, ...], message: str) -> None:
@@ -38,14 +38,10 @@ class ModelFault(ValueError):
 
 
 def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
-    """Calls a function in another process, to see whether it goes well.
+    """Calls a function in another process, to see whether it succeeds.
 
-    What has gone well is not tried again.
-
-    Args:
-        key: What the outcome follows from.
-        function: "module:name".
-        arguments: What JSON can tell.
+    It is given as "module:name"; its arguments are values that JSON can hold.
+    The outcome follows from the key: calls that succeeded are not repeated.
 
     Raises:
         ModelFault: If the function raises one, or anything else, or ends its
@@ -91,7 +87,7 @@ def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
 
 
 def answer(request: dict[str, Any]) -> None:
-    """Calls what a request names, and prints how it went as a line of JSON."""
+    """Calls the function of a request, and prints the outcome as JSON."""
     global _is_other
     _is_other = True
     module, _, name = request["function"].partition(":")
@@ -108,9 +104,9 @@ def answer(request: dict[str, Any]) -> None:
 
 
 def drake_words(error: BaseException) -> str:
-    """Returns what an error of Drake's says, in a line that is not too long.
+    """Returns the text of an error of Drake's, in a line of limited length.
 
-    By SystemExit it tells which condition does not hold in its code.
+    A SystemExit tells which condition does not hold in its code.
     """
     words = " ".join(str(error).split()) or type(error).__name__
     if isinstance(error, SystemExit):

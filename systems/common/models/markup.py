@@ -1,6 +1,6 @@
-"""What is wrong with the text of a URDF or SDF file, told with its line.
+"""Finds faults in the text of a URDF or SDF file, with their lines.
 
-Drake finds most of it, but says of some neither where nor what it must be.
+Drake finds most of them, but for some states neither the place nor the rule.
 """
 
 from collections.abc import Iterator
@@ -11,19 +11,19 @@ from xml.parsers import expat
 
 from hunav_drake.systems.common.suggest import shown
 
-# What is for other programs.
+# The elements for other programs.
 _FOREIGN = ("gazebo", "plugin", "ros2_control", "sensor", "transmission")
 
-# The meshes that bodies may touch, by the ends of their names.
+# The endings of meshes that bodies may touch.
 _MESHES = (".obj", ".gltf", ".vtk")
 
-# No number of a robot or a building is larger, in SI units.
+# The largest number of a robot or a building, in SI units.
 _LARGEST = 1e9
 
-# Elements are in no more others.
+# The deepest nesting of elements.
 _DEEPEST = 100
 
-# No part of one is larger, in meters.
+# The largest size of a part, in meters.
 _SIZE = 1e5
 
 
@@ -46,7 +46,7 @@ class Element:
     text: str = ""
 
     def all(self) -> Iterator["Element"]:
-        """Yields it and all that is in it, but for other programs."""
+        """Yields it and all elements in it, except those of other programs."""
         yield self
         for child in self.children:
             if child.tag not in _FOREIGN:
@@ -55,14 +55,10 @@ class Element:
 
 @dataclass(frozen=True)
 class _Rule:
-    """So many numbers, each in [low, high], or (low, high].
+    """A rule for numbers, each in [low, high], or (low, high] if it is open.
 
-    Attributes:
-        counts: How many there may be.
-        low: The least.
-        high: The largest.
-        is_open: Whether `low` itself is not allowed.
-        not_zero: Which may not be zero: "", "each" or "all" of them.
+    There must be one of `counts` of them; if `not_zero` is "each", none may be
+    zero, if it is "all", not all of them.
     """
 
     counts: tuple[int, ...] = (1,)
@@ -72,7 +68,7 @@ class _Rule:
     not_zero: str = ""
 
     def broken(self, text: str) -> str:
-        """Returns what a text must be; empty if it is that."""
+        """Returns the rule that a text breaks; empty if none."""
         try:
             values = [float(word) for word in text.split()]
         except ValueError:
@@ -150,7 +146,7 @@ def find_markup_fault(path: Path) -> str:
     Raises:
         OSError: If it cannot be read.
     """
-    # Like Drake, it does not ask whether name spaces are known.
+    # Like Drake, it does not check name spaces.
     parser = expat.ParserCreate()
     top = Element("", {}, 0)
     opened = [top]

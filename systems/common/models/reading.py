@@ -29,16 +29,15 @@ from hunav_drake.systems.common.models.apart import (
 from hunav_drake.systems.common.models.markup import find_markup_fault
 from hunav_drake.systems.common.suggest import shown, suggestion
 
-# The kinds of files that a world may be made of.
+# The endings of files that a world may be made of.
 _ENDINGS = (".sdf", ".urdf", ".dmd.yaml", ".world")
 
 _MARKUP = (".sdf", ".urdf", ".world")
 
-# Models below this folder are the package's own, which are known to be sound.
+# Models below this folder are those of the package, which are sound.
 _OWN = Path(__file__).resolve().parents[2]
 
-# A plane that is to be touched; and a file that is named from where the text
-# is.
+# A plane among collision shapes; and a file that is named relative to the text.
 _PLANE = re.compile(
     r"<collision\b(?:(?!</collision>).)*?<plane\b.*?</collision>", re.DOTALL
 )
@@ -88,19 +87,14 @@ def AddModels(
 def check_model_file(
     file: str, packages: Mapping[str, str], function: str, *arguments: Any
 ) -> None:
-    """Looks at a foreign file before this process reads it.
+    """Checks a foreign file before this process reads it.
 
-    Its text is looked through; and then, once for each content, a function
-    tries it in a process of its own, for Drake may crash.
-
-    Args:
-        file: See `AddModels`.
-        packages: See `AddModels`.
-        function: "module:name" of what takes file, packages and arguments.
-        arguments: What JSON can tell.
+    Its text is checked; and then, once for each content, a function
+    ("module:name") tries it in a process of its own, as Drake may crash. It
+    takes file, packages (see `AddModels`) and arguments that JSON can hold.
 
     Raises:
-        ModelFault: If something is wrong.
+        ModelFault: If it has a fault.
     """
     known = PackageMap()
     _AddPackages(known, file, packages)
@@ -114,7 +108,7 @@ def check_model_file(
         fault = str(error.strerror)
     if fault:
         raise ModelFault(("file",), f"cannot be read: {fault}")
-    # What it names may be elsewhere for another file of the same content.
+    # The files that it names may differ for another file of the same content.
     names_files = re.search(rb"filename|uri|file:|include|file=", content)
     key = (
         hashlib.sha256(content).hexdigest(),
@@ -129,13 +123,13 @@ def AddModelFile(
 ) -> list[ModelInstanceIndex]:
     """Adds the models of a file to a plant, all fixed to the world.
 
-    Planes to be touched are left out: a trial has a floor.
+    Planes among collision shapes are left out: a trial has a floor.
 
     Args:
         plant: The plant, which is not finalized.
         filename: A path or "package://name/...": see `AddModels`.
-        pose: Where the models stand: (x, y, yaw) in W, in meters and radians.
-            A file that fixes its models to the world says so itself.
+        pose: The pose of the models: (x, y, yaw) in W, in meters and radians;
+            zero if the file fixes its models to the world.
 
     Returns:
         The instances of the models.
@@ -168,7 +162,7 @@ def AddModelFile(
 
 
 def check_pictures(file: str, packages: Mapping[str, str]) -> None:
-    """Looks whether cameras can take pictures of the models of a file.
+    """Checks that cameras can take pictures of the models of a file.
 
     Raises:
         ModelFault: If they cannot.
@@ -182,13 +176,8 @@ def try_model_file(
 ) -> None:
     """Reads a file as a world does, and makes a Context with its shapes.
 
-    Args:
-        filename: See `AddModels`.
-        packages: See `AddModels`.
-        is_seen: Whether there is a camera.
-
-    Raises:
-        ModelFault: If it cannot be read.
+    The arguments are those of `AddModels`, and whether there is a camera. If
+    the file cannot be read, a ModelFault says so.
     """
     scene_graph = SceneGraph()
     if is_seen:
@@ -203,7 +192,7 @@ def try_model_file(
 
 
 def refuse_planes(scene_graph: SceneGraph) -> None:
-    """Looks for planes to be touched, which `AddModels` could not leave out.
+    """Checks for collision planes, which `AddModels` could not leave out.
 
     Raises:
         ModelFault: If there is one.
@@ -244,7 +233,7 @@ def _AddPackages(
 
 
 def _path_of(known: PackageMap, file: str) -> Path:
-    """Returns where a file is."""
+    """Returns the path of a file."""
     path = Path(file)
     if file.startswith("package://"):
         name, _, rest = file.removeprefix("package://").partition("/")
@@ -265,10 +254,10 @@ def _path_of(known: PackageMap, file: str) -> Path:
 
 
 def _text_without_planes(path: Path) -> str | None:
-    """Returns SDF without planes to be touched; None if it is to be read as is.
+    """Returns SDF without collision planes; None if it is to be read as is.
 
     Beside some ten other shapes, planes crash Drake; and the name of a file
-    must tell it what is in it.
+    must tell Drake its format.
     """
     if path.suffix not in (".sdf", ".world"):
         return None
@@ -284,7 +273,7 @@ def _text_without_planes(path: Path) -> str | None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Lets Drake not tell what is only odd."""
+    """Suppresses warnings of Drake."""
     log = logging.getLogger("drake")
     level = log.level
     log.setLevel(logging.ERROR)
@@ -297,7 +286,7 @@ def _quiet() -> Iterator[None]:
 def _free_bodies(
     plant: MultibodyPlant, instances: list[ModelInstanceIndex]
 ) -> Any:
-    """Yields the bodies of some models that no joint joins to another one."""
+    """Yields the bodies of some models that no joint holds."""
     held = {
         int(plant.get_joint(j).child_body().index())
         for j in plant.GetJointIndices()

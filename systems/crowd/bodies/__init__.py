@@ -1,1 +1,1 @@
-"""What keeps the bodies of people and robots apart."""
+"""Keeps the bodies of people and robots apart."""

@@ -32,12 +32,12 @@ from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[Any]
 
-# How often pushes between bodies are improved at most: in a step, and for its
-# derivatives, which need more digits.
+# The largest number of iterations of the pushes between bodies: in a step, and
+# for its derivatives, which need more digits.
 ITERATIONS, _MANY = 200, 20000
 
-# How deep a robot that bodies stop is in one before the person gives way, in
-# meters. On the springs that move people in a plant this is 250 N.
+# The depth of a robot in a body at which the person gives way, if bodies stop
+# robots, in meters. On the springs that move people in a plant this is 250 N.
 _YIELDING_DEPTH = 0.0025
 
 # `keep_apart` finds pairs itself.
@@ -48,13 +48,10 @@ _DIFFERENCE = 1e-6
 
 
 class _Slopes(NamedTuple):
-    """The derivatives of what bodies make of a step.
+    """The derivatives of the correction of a step by bodies.
 
-    Attributes:
-        rows: The people concerned, k of n; the others move as proposed.
-        before: Shape (6k, 6k): by their states before.
-        after: Shape (6k, 6k): by the states proposed.
-        robots: Shape (6k, 7m): by the states of the robots.
+    They are those of `rows`, k of n people (the others move as proposed), by
+    their states before and proposed, (6k, 6k), and by the robots, (6k, 7m).
     """
 
     rows: NDArray[np.intp]
@@ -64,14 +61,14 @@ class _Slopes(NamedTuple):
 
 
 class Bodies:
-    """What keeps people from doing in a step all that forces ask for.
+    """Limits the motion of people in a step to what bodies allow.
 
-    Who wants to stand stands, nobody changes velocity or heading at once, and
+    People who want to stand do, velocities and headings change gradually, and
     nobody enters a wall or another body. Arrays may be of floats or of
     AutoDiffXd. Nothing here changes after the construction.
 
     Attributes:
-        radii: Shape (n,), those of the bodies, in meters; read-only.
+        radii: Shape (n,), the radii of the bodies, in meters; read-only.
         sizes: Shape (n, 2): see `finish`.
         options: See there, too.
     """
@@ -82,13 +79,7 @@ class Bodies:
         obstacles: Obstacles,
         config: CrowdConfig,
     ) -> None:
-        """Constructs Bodies.
-
-        Args:
-            humans: The people.
-            obstacles: The walls.
-            config: What bodies do.
-        """
+        """Constructs Bodies."""
         self.radii = np.array([human.contact_radius for human in humans])
         self.radii.setflags(write=False)
         self.sizes = np.column_stack([self.radii, wall_margins(self.radii)])
@@ -128,16 +119,16 @@ class Bodies:
         """Returns the states and stances of people at the end of a step.
 
         Args:
-            snapshot: How things stood at its start.
+            snapshot: The state of the world at its start.
             forces: Shape (n, FORCES_SIZE).
-            after: Shape (n, 6), where the model of motion moves people.
+            after: Shape (n, 6), the states that the motion model proposes.
             stances: Shape (n, 3): see `standing`.
 
         Returns:
-            The states, shape (n, 6), the stances, and how people would meet
-            robots, shape (mn, 2): see `robot_touches`. But for the states,
-            these are without derivatives, and forces count as constant for who
-            stands.
+            The states, shape (n, 6), the stances, and the touches of robots,
+            shape (mn, 2): see `robot_touches`. Only the states have
+            derivatives, in which forces count as constant for people who
+            stand.
         """
         if after.dtype != object:
             return self._finish(snapshot, forces, after, stances)
@@ -170,12 +161,7 @@ class Bodies:
     def overlaps(
         self, states: NDArray[np.float64], robots: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Returns how deep other bodies are in those of people: see `deepest`.
-
-        Args:
-            states: Shape (n, 6).
-            robots: Shape (m, 7).
-        """
+        """Returns the depths of other bodies in people's: see `deepest`."""
         depths: NDArray[np.float64] = deepest(states, self.radii, robots)
         return depths
 
@@ -189,13 +175,8 @@ class Bodies:
     ) -> None:
         """Makes derivatives of the proposed step those of the finished one.
 
-        Args:
-            derivatives: Shape (6n, 6n + 7m), by the states before and those
-                of the robots; changed in place.
-            snapshot: As for `finish`, like what follows.
-            forces: See there.
-            after: See there.
-            stances: See there.
+        They have the shape (6n, 6n + 7m), by the states before and those of the
+        robots, and change in place. The other arguments are those of `finish`.
         """
         if not self._is_on:
             return
@@ -217,7 +198,7 @@ class Bodies:
         stances: Array,
         iterations: int = ITERATIONS,
     ) -> tuple[Array, Array, NDArray[np.float64]]:
-        # What `finish` does, but only what is needed here is compiled.
+        # Like `finish`, but only the functions needed here are compiled.
         before, command = snapshot.states, snapshot.command
         time_step = snapshot.time_step
         robots = self._as_met(snapshot.robots)

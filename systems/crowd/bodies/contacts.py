@@ -1,9 +1,9 @@
 """Finds which bodies may touch in a step, compiled by numba.
 
-A contact says that a person may not come nearer to something along a normal:
-n . (x_i - x_j) >= d, with x_j = 0 where the other one is no person. The normal
-is that of the start of the step. For discs and for walls, whose distance is a
-convex function of the place, this keeps more than the distance itself.
+A contact keeps a person away from something along a normal:
+n . (x_i - x_j) >= d, with x_j = 0 if the other is not a person. The normal is
+that of the start of the step. For discs and for walls, whose distance is a
+convex function of the position, this keeps more than the distance itself.
 """
 
 import math
@@ -15,9 +15,9 @@ from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.world.nearest import nearest_on_segments
-from hunav_drake.systems.world.walls import runs_in
+from hunav_drake.systems.world.walls import segments_in
 
-# Who is nearer to a wall than this stands on it, in meters: no way is out.
+# A person nearer to a wall than this stands on it, in meters: no way is out.
 _ON_WALL = 1e-6
 
 # The columns of a contact: the normal, the distance kept along it, the person,
@@ -40,10 +40,10 @@ def _normal(dx, dy, ex, ey):
 
 @jit
 def _met_at(x, y, robot, time_step, robots_stop):
-    """Returns where a person at (x, y) meets a robot at the end of a step.
+    """Returns the position of a robot that a person at (x, y) meets in a step.
 
-    That is where it gets to at its present velocity; if bodies stop it, it
-    comes no nearer by itself, but it may go away.
+    The robot moves at its present velocity to the end of the step; if bodies
+    stop it, it comes no nearer by itself, but it may move away.
     """
     mx = robot[VX] * time_step
     my = robot[VY] * time_step
@@ -57,10 +57,10 @@ def _met_at(x, y, robot, time_step, robots_stop):
 
 @jit
 def do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs):
-    """Tells whether any body would overlap another at the end of a step.
+    """Returns whether any body would overlap another at the end of a step.
 
-    The arguments are those of `keep_apart`; all who could meet are among the
-    pairs.
+    The arguments are those of `keep_apart`; the pairs include all people who
+    could meet.
     """
     for i in range(len(after)):
         for k in range(len(robots)):
@@ -85,15 +85,9 @@ def do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs):
 
 @jit_as(float64[::1], MATRIX, VECTOR, MATRIX)
 def deepest(states, bodies, robots):
-    """Returns how deep the deepest other body is in each person's.
+    """Returns the depth (n,) of the deepest other body in that of each person.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        robots: Shape (m, 7): rows of `robot_states`.
-
-    Returns:
-        Shape (n,), in meters; 0 for whom nobody touches.
+    It is in meters, and 0 for people without contact.
     """
     depths = np.zeros(len(states))
     pairs = near_pairs(states[:, X], states[:, Y], bodies)
@@ -124,23 +118,17 @@ def deepest(states, bodies, robots):
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, MATRIX, REAL)
 def robot_touches(before, free, bodies, robots, time_step):
-    """Returns how people and robots would meet, were they not kept apart.
+    """Returns the touches of people and robots if they were not kept apart.
 
-    Robots are where they get to in the step at their present velocity.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        free: Shape (mn, 2): for each robot, where people get to in the step
-            without being pushed by that robot, in meters.
-        bodies: Shape (n,), radii in meters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        time_step: In seconds.
+    Robots move through the step at their present velocity. `free`, of shape
+    (mn, 2), are the positions of people after the step without the pushes of
+    each robot, in meters.
 
     Returns:
-        Shape (mn, 2), for each robot the rows of people: how deep it would be
-        in the body, in meters, and at least 0; and how fast the person comes
-        nearer to where the robot was, in m/s, which is negative for who goes
-        away, and 0 for who stands on it.
+        Shape (mn, 2), for each robot the rows of people: its depth in the
+        body, in meters, at least 0; and the speed at which the person
+        approaches the place where the robot was, in m/s, negative for people
+        who move away, and 0 for people who stand on it.
     """
     n = len(before)
     touches = np.zeros((len(free), 2))
@@ -177,14 +165,12 @@ def find_contacts(
     slack,
     pairs,
 ):
-    """Returns the contacts of people with people, robots and walls.
+    """Returns the contacts (c, 5) of people with people, robots and walls.
 
-    Of walls only those of people who are near others. The arguments are those
-    of `keep_apart`, and how far people may be moved from where the step leads,
-    in meters; all who could touch then are among the pairs.
-
-    Returns:
-        Shape (c, 5): see the columns above.
+    Contacts with walls are only those of people near others. The arguments are
+    those of `keep_apart`, and the largest distance by which people may be moved
+    from their proposed positions, in meters; the pairs include all people who
+    could touch then. See the columns above.
     """
     n = len(before)
     reach = np.empty(n)
@@ -259,26 +245,22 @@ def _walls_near(i, before, margins, reach, walls):
     x = before[i, X]
     y = before[i, Y]
     far = margins[i] + reach[i]
-    runs = runs_in(x - far, y - far, x + far, y + far, walls)
+    near = segments_in(x - far, y - far, x + far, y + far, walls)
+    contacts = np.empty((len(near), 5))
     count = 0
-    for run in runs:
-        count += walls.runs[run, 1] - walls.runs[run, 0]
-    contacts = np.empty((count, 5))
-    count = 0
-    for run in runs:
-        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-            px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
-            distance = math.sqrt(d2)
-            if not _ON_WALL < distance < far:
-                continue
-            nx = (x - px) / distance
-            ny = (y - py) / distance
-            contacts[count, NORMAL_X] = nx
-            contacts[count, NORMAL_Y] = ny
-            contacts[count, DISTANCE] = (
-                min(margins[i], distance) + nx * px + ny * py
-            )
-            contacts[count, PERSON] = i
-            contacts[count, OTHER] = WALL
-            count += 1
+    for s in near:
+        px, py, d2 = nearest_on_segments(x, y, walls.segments, s, s + 1)
+        distance = math.sqrt(d2)
+        if not _ON_WALL < distance < far:
+            continue
+        nx = (x - px) / distance
+        ny = (y - py) / distance
+        contacts[count, NORMAL_X] = nx
+        contacts[count, NORMAL_Y] = ny
+        contacts[count, DISTANCE] = (
+            min(margins[i], distance) + nx * px + ny * py
+        )
+        contacts[count, PERSON] = i
+        contacts[count, OTHER] = WALL
+        count += 1
     return contacts[:count]

@@ -1,4 +1,4 @@
-"""The end of a step of a crowd: what bodies make of the motion proposed."""
+"""The end of a step of a crowd: bodies correct the proposed motion."""
 
 import math
 from typing import NamedTuple
@@ -16,13 +16,13 @@ from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 
 
 class Options(NamedTuple):
-    """What bodies do; all are floats.
+    """The options of bodies; all are floats.
 
     Attributes:
         standing: Whether people stand where they want to: 1 or 0.
         keep_apart: Whether they are kept apart: 1 or 0.
-        acceleration: The limit of it, in m/s^2; may be infinite.
-        turn_rate: That of the turn rate, in rad/s; likewise.
+        acceleration: The largest acceleration, in m/s^2; may be infinite.
+        turn_rate: The largest turn rate, in rad/s; likewise.
         walled: Whether walls stop people: 1 or 0.
     """
 
@@ -35,7 +35,7 @@ class Options(NamedTuple):
 
 @jit_as(float64[:, ::1], MATRIX, INTEGER)
 def for_each_robot(states, robots):
-    """Returns the places (n, 2) of people once for each robot, (mn, 2)."""
+    """Returns the positions (n, 2) of people once for each robot, (mn, 2)."""
     n = len(states)
     places = np.empty((robots * n, 2))
     for row in range(len(places)):
@@ -62,29 +62,13 @@ def finish(
 ):
     """Returns the states (n, 6) of n people at the end of a step.
 
-    And how they would meet robots, were they not kept apart: `robot_touches`.
+    The second result is that of `robot_touches`. The arguments are those of
+    `keep_apart`, but `after` may only be written to, and the stances change.
 
     People stand where they want to, change their velocity and heading at a
     limited rate, enter no wall, and overlap nobody. `Bodies` does the same in
     several calls, so that only what is needed is compiled, and also among
     robots that bodies stop.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed by the model of motion; may
-            be written to.
-        forces: Shape (n, FORCES_SIZE).
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see `standing`; they change.
-        robots: Shape (m, 7): rows of `robot_states`.
-        sizes: Shape (n, 2), the radius of each body, and how far its center is
-            kept from walls (see `wall_margins`), in meters.
-        table: `Obstacles.table`.
-        options: See `Options`.
-        time_step: In seconds.
-        iterations: See `project`.
-        pairs: See `keep_apart`.
-        known: See there.
     """
     is_limited = options.acceleration < math.inf or options.turn_rate < math.inf
     if options.standing != 0:

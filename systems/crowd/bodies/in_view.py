@@ -1,6 +1,6 @@
-"""What people want in view of others, and of robots.
+"""Adapts the commands of people to the people and robots in their view.
 
-They follow some, let some out of narrow passages, and pass robots.
+People follow others, let others out of narrow passages, and pass robots.
 """
 
 from typing import Any
@@ -20,25 +20,21 @@ Array = NDArray[Any]
 
 
 class InView:
-    """Changes what people want, by who is ahead of them.
+    """Adapts the commands of people to those ahead of them.
 
-    Arrays may be of floats, or of AutoDiffXd; what changes has no derivatives.
+    Arrays may be of floats, or of AutoDiffXd; changed values have no
+    derivatives.
 
     Attributes:
-        time_gap: That to who walks ahead, in seconds; 0 for none.
-        speed_matching: How far people take over the speed of who walks ahead.
-        takes_turns: Whether people let others out of narrow passages, which
-            only bodies need that are kept apart, and out of walls, and only
-            who plans ways does.
+        time_gap: The time gap to the person ahead, in seconds; 0 for none.
+        speed_matching: The share of the speed of the person ahead that is
+            added to the speed that the time gap allows.
+        takes_turns: Whether people let others out of narrow passages: if
+            bodies are kept apart and out of walls, and routes are planned.
     """
 
     def __init__(self, obstacles: Obstacles, config: CrowdConfig) -> None:
-        """Constructs an InView.
-
-        Args:
-            obstacles: The walls.
-            config: How people move, and how they take in the world.
-        """
+        """Constructs an InView."""
         model = config.model
         self.time_gap, self.speed_matching = (
             getattr(model, name) if model.follows else 0.0
@@ -54,7 +50,7 @@ class InView:
         self._table = obstacles.table
 
     def passes(self, robots: Array) -> bool:
-        """Tells whether there are robots for which people walk aside."""
+        """Returns whether there are robots for which people walk aside."""
         return self._robot_gap > 0 and len(robots) > 0
 
     def take_turns(
@@ -65,7 +61,7 @@ class InView:
         parameters: NDArray[np.float64],
         eased: Array,
     ) -> tuple[Array, Array]:
-        """Returns commands and feeling for walls in narrow passages.
+        """Returns commands and `Snapshot.at_walls` at narrow passages.
 
         See `taking_turns.take_turns`.
         """
@@ -85,7 +81,7 @@ class InView:
         parameters: NDArray[np.float64],
         eased: Array,
     ) -> tuple[Array, Array]:
-        """Returns commands and feeling for walls in view of other people.
+        """Returns commands and `Snapshot.at_walls` in view of other people.
 
         See `keep_time_gap`.
         """
@@ -105,7 +101,7 @@ class InView:
         robots: Array,
         eased: Array,
     ) -> tuple[Array, Array]:
-        """Returns commands and feeling for walls in view of robots.
+        """Returns commands and `Snapshot.at_walls` in view of robots.
 
         See `pass_robots`.
         """
@@ -119,6 +115,6 @@ class InView:
 def _told(
     command: Array, wanted: NDArray[np.float64], felt: NDArray[np.float64]
 ) -> tuple[Array, Array]:
-    """Returns a command changed to what is wanted, and how walls are felt."""
+    """Returns a command changed to the wanted one, and `felt`, read-only."""
     felt.setflags(write=False)
     return changed_to(command, wanted), felt

@@ -1,11 +1,11 @@
 """Keeps bodies apart at the end of a step, compiled by numba.
 
-The places that a step proposes are replaced by the nearest ones (in the sum of
-squares of all displacements) at which no body overlaps another and nobody
+The positions that a step proposes are replaced by the nearest ones (in the sum
+of squares of all displacements) at which no body overlaps another and nobody
 enters a wall: the discrete contact model of Maury and Venel 2011. That is the
-projection on a convex set, so it has one solution, which depends neither on
-the order of people nor, by more than it changes itself, on the proposal:
-nobody trembles, and nothing gains energy.
+projection on a convex set. Its one solution does not depend on the order of
+people, and changes no more than the proposal does: nobody trembles, and nothing
+gains energy.
 """
 
 import math
@@ -36,26 +36,26 @@ from hunav_drake.systems.crowd.bodies.contacts import (
 from hunav_drake.systems.crowd.bodies.pairs import covered, near_pairs
 from hunav_drake.systems.world.walls import opened
 
-# How much contacts give way: the part of the displacement by which they move
-# people that is left as overlap. Where bodies have no room, it shares it.
+# The compliance of contacts: the share of the displacement by which they move
+# people that is left as overlap. It distributes overlap where there is no room.
 _GIVE = 1e-3
 
-# Who overlaps others by more than this at the start of a step is put beside
-# them at rest, in meters.
+# People who overlap others by more than this at the start of a step are put
+# beside them at rest, in meters.
 _DEEP = 0.01
 
 # Pushes that change by less than this are final, in meters.
 _TOLERANCE = 1e-5
 
-# How far people are supposed to be moved from where the step leads, in meters:
-# contacts are looked for within that; the next one counts for who is moved
-# farther.
+# The distances by which people may be moved from their proposed positions, in
+# meters: contacts are searched within the first; if anybody is moved farther,
+# within the next.
 _SLACKS = (0.05, 0.3, 2.0)
 
 
 @jit
 def _apply(pushes, contacts, places, moved):
-    """Writes where pushes, one per contact in meters, move people to."""
+    """Writes the positions after pushes, one per contact, in meters."""
     for i in range(len(places)):
         moved[i, 0] = places[i, 0]
         moved[i, 1] = places[i, 1]
@@ -73,20 +73,13 @@ def _apply(pushes, contacts, places, moved):
 
 @jit
 def project(contacts, places, iterations):
-    """Returns the places nearest to others that keep all contacts.
+    """Returns the positions nearest to given ones that keep all contacts.
 
     The dual problem is solved by accelerated projected gradients (Mazhar,
-    Heyn, Negrut and Tasora 2015), scaled by how many contacts each person
-    has. All pushes change at once, so no order of them matters.
-
-    Args:
-        contacts: Shape (c, 5): see `find_contacts`.
-        places: Shape (n, 2), in meters.
-        iterations: How many there are at most.
-
-    Returns:
-        The places, shape (n, 2), and how far each contact pushes, shape (c,);
-        in meters.
+    Heyn, Negrut and Tasora 2015), scaled by the number of contacts of each
+    person, in at most `iterations`. All pushes change at once, so their order
+    has no effect. Contacts (c, 5) are those of `find_contacts`. The results are
+    the positions (n, 2), and the push of each contact (c,), in meters.
     """
     count = len(contacts)
     degree = np.zeros(len(places))
@@ -108,7 +101,7 @@ def project(contacts, places, iterations):
         agreement = 0.0
         following = np.empty(count)
         for c in range(count):
-            # By how much the contact is violated, in meters; else negative.
+            # The violation of the contact, in meters; negative if it is kept.
             i = int(contacts[c, PERSON])
             j = int(contacts[c, OTHER])
             dx = moved[i, 0]
@@ -143,7 +136,7 @@ def project(contacts, places, iterations):
 
 @jit
 def _deep(before, bodies, pairs):
-    """Tells whose bodies overlap somebody's at the start."""
+    """Returns for each body whether it overlaps another at the start."""
     deep = np.zeros(len(before), np.bool_)
     for p in range(len(pairs)):
         i = pairs[p, 0]
@@ -159,7 +152,7 @@ def _deep(before, bodies, pairs):
 
 @jit_as(numba.boolean, MATRIX, MATRIX, MATRIX, MATRIX, numba.boolean, REAL)
 def would_meet(before, after, sizes, robots, robots_stop, time_step):
-    """Tells whether `keep_apart` would move anybody; arguments as there."""
+    """Returns whether `keep_apart` would move anybody; arguments as there."""
     bodies = sizes[:, 0].copy()
     known = covered(_longest(before, after) + _SLACKS[0])
     pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
@@ -168,7 +161,7 @@ def would_meet(before, after, sizes, robots, robots_stop, time_step):
 
 @jit
 def _longest(before, after):
-    """Returns how far anybody moves at most, in meters."""
+    """Returns the largest displacement of a person, in meters."""
     longest = 0.0
     for i in range(len(after)):
         dx = after[i, X] - before[i, X]
@@ -199,33 +192,20 @@ def keep_apart(
 ):
     """Moves people at the end of a step so that no bodies overlap.
 
-    Robots go where they go, at their present velocity, or, if bodies stop them,
-    come no nearer; people give way.
-    Velocities change as places do, but nobody gets faster by that than both
-    the proposal and the own speed limit. Who touches nobody moves as proposed.
+    Robots move on at their present velocity or, if bodies stop them, come no
+    nearer; people give way. Velocities change with the positions, but nobody
+    gets faster by that than both the proposal and the own speed limit. People
+    who touch nobody move as proposed.
 
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed, outside of walls; changed to
-            those in which no bodies overlap.
-        sizes: Shape (n, 2), the radius of each body, and how far its center is
-            kept from walls (see `wall_margins`), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        robots: Shape (m, 7): rows of `robot_states`.
-        table: `Obstacles.table`.
-        is_walled: Whether they stop people.
-        robots_stop: Whether people stop robots.
-        time_step: In seconds.
-        iterations: See `project`.
-        pairs: Shape (p, 2): all whose bodies were less than 2 `known` apart
-            before, in the order of `near_pairs`; maybe others.
-        known: In meters; negative if no pairs are known.
-        free: Shape (mn, 2): for each robot, the places (n, 2) proposed, in
-            meters; changed to those where people get to without the pushes of
-            that robot, but with all others.
-
-    Returns:
-        Whether anybody is not where the step proposed.
+    `after` are the states proposed, outside of walls; they change to those in
+    which no bodies overlap. `sizes` (n, 2) are the radius of each body, and the
+    distance that its center keeps from walls (see `wall_margins`), in meters.
+    The flags are whether walls stop people, and whether people stop robots.
+    `pairs` (p, 2) are all people whose bodies were less than 2 `known` apart
+    before, in meters, in the order of `near_pairs`, and maybe others; none are
+    known if that is negative. `free` (mn, 2) are for each robot the positions
+    proposed, in meters; they change to those without the pushes of that robot,
+    but with all others. Returns whether anybody was moved.
     """
     bodies = sizes[:, 0].copy()
     walls = opened(table)

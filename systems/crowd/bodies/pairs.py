@@ -7,7 +7,7 @@ import numpy as np
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.sorting import stable_order
 
-# From how many people on they are sorted first.
+# The number of people from which on they are sorted first.
 _SORT_FROM = 16
 
 # Room for this many more pairs than are found, at the end of the array.
@@ -19,18 +19,11 @@ _ROUNDING = 1e-9
 
 @jit
 def near_pairs(x, y, reach):
-    """Returns the pairs of people whose reaches meet.
+    """Returns the pairs (p, 2) of people, by their numbers, whose reaches meet.
 
-    They are sorted along the longer side of where they are, and compared with
-    those that follow until no later one can be near.
-
-    Args:
-        x: Shape (n,), in meters.
-        y: Shape (n,), in meters.
-        reach: Shape (n,), in meters.
-
-    Returns:
-        Shape (p, 2), the numbers of the people of each pair.
+    They are sorted along the longer side of their bounding box, and compared
+    with those that follow until no later one can be near. The arguments have
+    shape (n,), in meters.
     """
     n = len(x)
     pairs = np.empty((4 * n + _SPARE, 2), np.int64)
@@ -93,5 +86,5 @@ def near_pairs(x, y, reach):
 
 @jit
 def covered(distance):
-    """Returns how far to look so that nobody within a distance is missed."""
+    """Returns the search radius that misses nobody within a distance."""
     return distance * (1 + _ROUNDING) + _ROUNDING

@@ -1,8 +1,8 @@
-"""How people pass robots, compiled by numba.
+"""Leads people past robots, compiled by numba.
 
 The forces of one more pedestrian let people graze a robot, which does not step
-aside as another person does. So whoever sees that the way leads too close to
-one walks past it in a lane of its own, from a few meters on.
+aside like a person. Therefore people whose way leads too close to a robot take
+a lane past it, from a few meters on.
 """
 
 import math
@@ -33,40 +33,40 @@ from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.ray_cast import first_hit
 from hunav_drake.systems.world.walls import opened, runs_in
 
-# How far away a robot is at most that people walk aside for, from center to
+# The largest distance of a robot for which people walk aside, from center to
 # center, in meters.
 _NOTICED = 3.0
 
-# How far ahead in time people expect a robot to move on as it does, in seconds.
+# The time horizon for which people predict the motion of a robot, in seconds.
 _HORIZON = 3.0
 
-# Robots this fast across the way, in m/s, are rather passed behind; slower
-# ones the more on the right.
+# Robots this fast across the way, in m/s, are preferably passed behind; the
+# slower a robot is, the more on the right.
 _CROSSING = 0.3
 
-# Nobody changes sides for less room than this, as part of the room wanted.
+# The least gain of room to change sides, as a fraction of the desired room.
 _WORTH = 0.1
 
-# What is left free between the body and a wall, in meters.
+# The gap between the body and a wall, in meters.
 _WALL_GAP = 0.1
 
-# People are in the lane this part of the way to the robot, which counts as so
-# long at least, in meters; and the sine of the steepest turn to it.
+# People reach the lane after this part of the way to the robot, which counts as
+# at least so long, in meters; and the sine of the steepest turn to it.
 _PART, _LEAST = 0.5, 0.5
 _STEEPEST = 0.9
 
-# What people know of a robot: the time until they are abreast of it, how far
-# it is to the left of their way then, how far off they would like to be, how
-# fast it goes to the left, and how far they walk on until it is behind them.
+# The columns of a robot: the time until a person is abreast of it, its distance
+# to the left of the person's way then, the desired clearance, its speed to the
+# left, and the distance that the person walks on until it is behind.
 _TIME, _BESIDE, _CLEAR, _ACROSS, _PAST = range(5)
 
 
 @jit
 def _find(i, states, way, body, goal, robots, walls, gap, rows):
-    """Finds the robots that a person meets on the way; returns how many.
+    """Writes the robots on a person's way to `rows`; returns their number.
 
     The arguments are those of `pass_robots`, with the way (ex, ey, length,
-    speed) to the next waypoint. Array `rows` receives what they are.
+    speed) to the next waypoint.
     """
     ex, ey, length, speed = way
     x = states[i, X]
@@ -88,8 +88,8 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
         across = ex * vy - ey * vx
         expected = min(time, _HORIZON)
         clear = body + robots[j, RADIUS] + gap
-        # No more is asked for than there is at the goal, or who stands there
-        # could not be reached; and nobody passes what is on the goal.
+        # The clearance is at most that at the goal, which could not be reached
+        # otherwise; and nobody passes a robot that is on the goal.
         least = body + robots[j, RADIUS]
         at_goal = math.hypot(
             robots[j, X] + expected * vx - goal[Command.GOAL_X],
@@ -104,7 +104,7 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
                 continue
         rows[count, _TIME] = time
         rows[count, _BESIDE] = ex * dy - ey * dx + expected * across
-        # What crosses is nearest before or after it is abreast.
+        # A crossing robot is nearest before or after it is abreast.
         rows[count, _CLEAR] = clear * min(math.hypot(1.0, across / closing), 2)
         rows[count, _ACROSS] = across
         rows[count, _PAST] = min(least * speed / closing, _NOTICED)
@@ -114,11 +114,10 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
 
 @jit
 def _room(x, y, ex, ey, begin, end, reach, walls):
-    """Returns how far walls are on the left and on the right of a way.
+    """Returns the distances of walls on the left and the right of a way.
 
-    It leads from (x, y) in the direction (ex, ey). Walls count that are beside
-    it between `begin` and `end`, on one side of it, and nearer than `reach`,
-    in meters.
+    It leads from (x, y) in the direction (ex, ey). Only walls beside it between
+    `begin` and `end`, on one side of it, and nearer than `reach` count.
     """
     left = reach
     right = reach
@@ -159,9 +158,9 @@ def _room(x, y, ex, ey, begin, end, reach, walls):
 
 @jit
 def _lane(rows, count, usual, left, right):
-    """Returns the lane past robots: how far left of the way, in meters.
+    """Returns the lane past robots: meters to the left of the way.
 
-    That with the most room in it which is the nearest to the usual one.
+    It is the one nearest to the usual one among those with the most room.
     """
     lane = 0.0
     best = math.inf
@@ -190,28 +189,15 @@ def _lane(rows, count, usual, left, right):
 def pass_robots(
     states, bodies, command, goals, parameters, robots, at_walls, table, gap
 ):
-    """Returns what people want, and how they feel walls, in view of robots.
+    """Returns commands and `at_walls` of people in view of robots.
 
-    Those count that are 3 m away at most, ahead and not behind a wall, for
-    people to whom they are pedestrians. Where one would be nearer than `gap`
-    to the body of a person who walks straight on, while it moves on as it
-    does, the person's goal is turned aside, so that the gap is left: to the
-    side that is nearer, to the right if in doubt, rather behind than before a
-    robot that crosses, and where there is room. Meanwhile, no group pulls.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        goals: The same, with the goals themselves.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        gap: In meters.
-
-    Returns:
-        The commands, and how walls are felt, in shapes as given.
+    Only robots count that are 3 m away at most, ahead, not behind a wall, and
+    pedestrians to the person. If one that keeps its velocity would come nearer
+    than `gap` (in meters) to the body of a person who walks straight on, the
+    person's goal is turned aside, so that the gap is left: to the nearer side,
+    to the right if in doubt, behind rather than ahead of a crossing robot, and
+    where there is room. Meanwhile, no group pulls. `command` has waypoints for
+    goals, `goals` the goals themselves.
     """
     wanted = command.copy()
     felt = at_walls.copy()
@@ -249,13 +235,13 @@ def pass_robots(
         if first < 0:
             continue
         way = speed * rows[first, _TIME]
-        # As long as the two are beside each other. (Rows change below.)
+        # While the two are beside each other. (Rows change below.)
         past = min(way + rows[first, _PAST] + body, length)
         turn = rows[first, _ACROSS] / _CROSSING
         turn = min(max(turn, -1.0), 1.0)
         turn += (1 - abs(turn)) * np.sign(parameters[i, EPSILON])
         usual = -DOUBT * turn
-        # And those that are beside that one then.
+        # And those that are beside the first one then.
         clear = rows[first, _CLEAR]
         abreast = 0
         for j in range(count):

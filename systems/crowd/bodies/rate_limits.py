@@ -1,4 +1,4 @@
-"""How fast people change velocity and heading, compiled by numba."""
+"""Limits the rates of velocities and headings, compiled by numba."""
 
 import math
 
@@ -8,22 +8,16 @@ from hunav_drake.systems.common.kernels import CHANGED, MATRIX, REAL, jit_as
 from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, Command, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 
-# Who is slower than this turns less fast in proportion, in m/s.
+# Below this speed the limit of the turn rate falls in proportion, in m/s.
 _TURNING_SPEED = 0.2
 
 
 @jit_as(numba.void, MATRIX, CHANGED, MATRIX, REAL, REAL, REAL)
 def limit_rates(before, after, command, acceleration, turn_rate, time_step):
-    """Limits how velocities and headings change; writes `after`.
+    """Limits the changes of velocities and headings; writes `after`.
 
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed; the place changes as the
-            velocity does.
-        command: Shape (n, COMMAND_SIZE).
-        acceleration: At most this, in m/s^2.
-        turn_rate: At most this, in rad/s, unless the command turns somebody.
-        time_step: In seconds.
+    Positions change with the velocities. The limits are `acceleration`, in
+    m/s^2, and `turn_rate`, in rad/s, unless the command turns the person.
     """
     for i in range(len(before)):
         ax = after[i, VX] - before[i, VX]

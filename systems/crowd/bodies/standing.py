@@ -1,4 +1,4 @@
-"""How people come to rest and stand, compiled by numba."""
+"""Lets people come to rest and stand, compiled by numba."""
 
 import math
 
@@ -23,30 +23,31 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 
-# The columns of a stance: where somebody stands, and whether.
+# The columns of a stance: the position where a person stands, and 1 if so.
 ANCHOR_X, ANCHOR_Y, STANDS = range(3)
 STANCE_SIZE = 3
 
-# Forces below this move nobody who stands, in m/s^2; of a greater one the rest
-# gives this velocity per m/s^2, up to _BACK_SPEED.
+# Forces below this do not move people who stand, in m/s^2; the excess of a
+# larger one gives this velocity per m/s^2, up to _BACK_SPEED.
 _HELD = 3.0
 _YIELD = 0.25
 
-# Who is slower than this at the goal stands, in m/s.
+# A person slower than this at the goal stands, in m/s.
 _AT_REST = 0.1
 
-# How fast who stopped at a goal slows down, in m/s^2.
+# The deceleration of people who stop at a goal, in m/s^2.
 _BRAKING = 3.0
 
-# Who is pushed away comes back if it is farther than this and not farther
-# than that, in meters, in this time, in seconds, and at most at this speed.
+# People who are pushed away come back if they are farther than the first and
+# not farther than the second distance, in meters, with this time constant, in
+# seconds, and at most at this speed, in m/s.
 _NEAR, _FAR = 0.05, 2.0
 _BACK, _BACK_SPEED = 1.0, 0.5
 
 
 @jit
 def _move(i, before, after, vx, vy, time_step):
-    """Lets a person go at a velocity."""
+    """Moves a person at a velocity."""
     after[i, X] = before[i, X] + vx * time_step
     after[i, Y] = before[i, Y] + vy * time_step
     after[i, VX] = vx
@@ -111,20 +112,12 @@ def _stand(i, before, after, forces, command, stances, time_step):
 def stand(before, after, forces, command, stances, time_step):
     """Lets people stand, or come to rest; writes `after` and `stances`.
 
-    Whoever has nowhere to go brakes, and then stands: walls do not matter
+    People who have nowhere to go brake, and then stand: walls have no effect
     any more, and others only if they push hard (unless the command is to hold
-    still) or touch; who is pushed away comes back.
-
-    Args:
-        before: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        after: Shape (n, 6): the states proposed.
-        forces: Shape (n, FORCES_SIZE).
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see the columns above.
-        time_step: In seconds.
+    still) or touch. People who are pushed away come back.
     """
-    # (Most walk. A call for each of them, with all these arrays, would take
-    # longer than what it does.)
+    # (Most people walk. A call for each of them, with all these arrays, would
+    # take longer than the test.)
     for i in range(len(before)):
         gx = command[i, Command.GOAL_X] - before[i, X]
         gy = command[i, Command.GOAL_Y] - before[i, Y]

@@ -1,8 +1,8 @@
-"""How people take turns in narrow passages, compiled by numba.
+"""Lets people take turns in narrow passages, compiled by numba.
 
-Two bodies that come towards each other through a door in which there is no
-room for both would press against each other for ever. So who is farther from
-the passage waits beside it, or goes back a step, until the other one is out.
+Two bodies that come towards each other through a door without room for both
+would press against each other for ever. Therefore the person farther from the
+passage waits beside it, or goes back a step, until the other one is out.
 """
 
 import math
@@ -24,44 +24,44 @@ from hunav_drake.systems.crowd.bodies.time_gap import DOUBT, SLIM, SOFT
 from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.ray_cast import first_hit
-from hunav_drake.systems.world.walls import opened, runs_in
+from hunav_drake.systems.world.walls import opened, segments_in
 
-# How far from each other people are at most who take turns, in meters.
+# The largest distance between people who take turns, in meters.
 _SEEN = 3.5
 
-# How far behind people it is looked where a passage ends, and how near to each
-# other the places are at which its width is found, in meters.
+# The distance behind people in which the end of a passage is searched, and the
+# spacing of the places at which its width is computed, in meters.
 _BEHIND, _SPACING = 2.0, 0.1
 
-# The sine of the angle from which on a wall is beside somebody, not ahead.
+# The sine of the angle from which on a wall is beside a person, not ahead.
 _SIDE = 0.3
 
-# Who is farther from a passage walks on, in meters.
+# People farther from a passage than this walk on, in meters.
 _NEAR = 1.0
 
-# In what is wider than both bodies by this they pass each other, in meters.
+# People pass each other where it is wider than both bodies by this, in meters.
 _ROOM = 0.1
 
-# What who waits leaves free before a passage, and beside it, in meters.
+# The gaps of a waiting person before a passage, and beside it, in meters.
 _BEFORE, _ASIDE = 0.2, 0.1
 
-# Who is in a passage, or as near before it, goes straight back, in meters.
+# A person in a passage, or this near before it, goes straight back, in meters.
 _MOUTH = 0.1
 
-# Who is farther from a passage by less than this is as near, in meters.
+# Distances to a passage that differ by less than this are equal, in meters.
 _TIE = 1e-9
 
-# How near to the place people wait, in meters.
+# The goal radius of a waiting person, in meters.
 _THERE = 0.1
 
 
 @jit
 def _width(x, y, ex, ey, near, segments, posts):
-    """Returns how wide a place seems to who goes through to (ex, ey).
+    """Returns the apparent width of a place for a person going to (ex, ey).
 
-    As in `passage_width`, walls rather ahead or behind than beside are farther
-    than they are; and by more than 72 degrees, they do not count. Array `posts`
-    receives the nearest points on the left and on the right: (x, y, x, y).
+    As in `passage_width`, walls ahead or behind, rather than beside, count as
+    farther; and beyond 72 degrees, they do not count. Array `posts` receives
+    the nearest points on the left and on the right: (x, y, x, y).
     """
     left = math.inf
     right = math.inf
@@ -85,43 +85,25 @@ def _width(x, y, ex, ey, near, segments, posts):
 
 @jit
 def _passage(x, y, ex, ey, length, need, walls, ends):
-    """Returns where the passage between two people begins, and ends.
+    """Returns the begin and the end of the passage between two people.
 
-    Args:
-        x: Where one of them is, in meters.
-        y: See there.
-        ex: The direction of the other one.
-        ey: See there.
-        length: How far away that one is, in meters.
-        need: What is narrower is a passage, in meters.
-        walls: The walls.
-        ends: Shape (2, 4), receives the posts of both ends: see `_width`.
-
-    Returns:
-        How far from the first person it begins and ends, in meters: negative
-        for what is behind, infinite for an end too far behind to be seen; both
-        are NaN if there is no passage.
+    One is at (x, y), the other in the direction (ex, ey) at the distance
+    `length`. Widths below `need` are a passage. Array `ends`, of shape (2, 4),
+    receives the posts of both ends: see `_width`. The results are distances
+    from the first person, in meters: negative behind the person, infinite for
+    an end too far behind to be seen; both are NaN if there is no passage.
     """
     ahead = length + _BEHIND
     qx = x + ahead * ex
     qy = y + ahead * ey
     px = x - _BEHIND * ex
     py = y - _BEHIND * ey
-    runs = runs_in(
+    near = segments_in(
         *(min(px, qx) - need, min(py, qy) - need),
         *(max(px, qx) + need, max(py, qy) + need),
         walls,
     )
-    count = 0
-    for run in runs:
-        count += walls.runs[run, 1] - walls.runs[run, 0]
-    near = np.empty(count, np.int64)
-    count = 0
-    for run in runs:
-        for s in range(walls.runs[run, 0], walls.runs[run, 1]):
-            near[count] = s
-            count += 1
-    if count == 0:
+    if len(near) == 0:
         return math.nan, math.nan
     posts = np.empty(4)
     places = max(int(length / _SPACING) + 1, 2)
@@ -166,7 +148,7 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
 def _wait(state, ex, ey, body, epsilon, posts, wanted):
     """Lets a person wait before a passage, with these posts at its end.
 
-    The other one is in the direction (ex, ey).
+    The other person is in the direction (ex, ey).
     """
     cx = (posts[0] + posts[2]) / 2
     cy = (posts[1] + posts[3]) / 2
@@ -177,7 +159,7 @@ def _wait(state, ex, ey, body, epsilon, posts, wanted):
         return
     tx /= width
     ty /= width
-    # Out of the passage, and to the left of who comes out of it.
+    # Out of the passage, and to the left of a person who comes out of it.
     nx, ny = ty, -tx
     if nx * ex + ny * ey > 0:
         nx, ny = -nx, -ny
@@ -185,7 +167,7 @@ def _wait(state, ex, ey, body, epsilon, posts, wanted):
     out = (state[X] - cx) * nx + (state[Y] - cy) * ny
     aside = (state[X] - cx) * tx + (state[Y] - cy) * ty
     if out >= _MOUTH:
-        # (Who waits looks the other way: the right is the left.)
+        # (A waiting person faces the other way: the right is the left.)
         side = np.sign(aside + DOUBT * np.sign(epsilon))
         if side == 0:
             side = 1.0
@@ -202,24 +184,14 @@ def _wait(state, ex, ey, body, epsilon, posts, wanted):
     *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, WALLS),
 )
 def take_turns(states, bodies, command, parameters, at_walls, table):
-    """Returns what people want, and how they feel walls, at narrow passages.
+    """Returns commands and `at_walls` of people at narrow passages.
 
-    Of two who come towards each other, and between whom there is a passage too
-    narrow for both, the one who is nearer to it goes first, or who is deeper
-    in it; of two who are as near, the one with the lower x, or y. The other
-    one waits beside it, on the own side of it, or on the right if in doubt.
-    Who goes turns the shoulders, so that walls are felt less.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-
-    Returns:
-        The commands, and how walls are felt, in shapes as given.
+    Of two people who come towards each other, with a passage between them that
+    is too narrow for both, the one nearer to it, or deeper in it, goes first;
+    at equal distances, the one with the lower x, or y. The other one waits
+    beside it, on the own side, or on the right if in doubt. The one who goes
+    turns the shoulders, so that walls push less. Commands have waypoints for
+    goals.
     """
     n = len(states)
     wanted = command.copy()
@@ -239,7 +211,7 @@ def take_turns(states, bodies, command, parameters, at_walls, table):
         ):
             ways[i, 0] = gx / far
             ways[i, 1] = gy / far
-    # How far each one is from the passage for which it waits.
+    # The distance of each person from the passage for which it waits.
     nearest = np.full(n, np.inf)
     ends = np.empty((2, 4))
     pairs = near_pairs(states[:, X], states[:, Y], np.full(n, _SEEN / 2))

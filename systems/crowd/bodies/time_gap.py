@@ -1,8 +1,8 @@
-"""How people follow others and let them pass, compiled by numba.
+"""Lets people follow others and give way to them, compiled by numba.
 
-Forces alone let a crowd walk at full speed at any density. People keep a time
-gap to whoever walks ahead of them, and step aside for who comes towards them
-in their lane: away from that one, and if in doubt to the right.
+Forces alone let a crowd walk at full speed at any density. Therefore people
+keep a time gap to the person ahead, and step aside for oncoming people in
+their lane: away from them, and if in doubt to the right.
 """
 
 import math
@@ -19,31 +19,33 @@ from hunav_drake.systems.people.parameters import EPSILON
 # Half the width of the lane ahead, in sums of the radii of two bodies.
 LANE = 0.7
 
-# Nobody stops behind others, in m/s: who ahead stands is passed.
+# The least speed behind others, in m/s: people who stand ahead are passed.
 SLOWEST = 0.02
 
 # People whose directions differ by more than 120 degrees meet head-on.
 _OPPOSITE = -0.5
 
-# From how far they step aside, in meters, and by how much at most, in radians.
+# The distance from which on people step aside, in meters, and the largest
+# angle, in radians.
 _PASSING = 2.0
 _SIDESTEP = 0.8
 
-# Who is off to one side by less than this is passed on the right, in meters;
-# on the left with a negative epsilon, the tie-breaker of the social force.
+# An oncoming person off to one side by less than this is passed on the right,
+# in meters; on the left with a negative epsilon, the tie-breaker of the social
+# force.
 DOUBT = 0.3
 
-# Whoever passes somebody feels walls as a body of this radius, in meters, and
-# this part of their force.
+# A person who passes somebody has this radius at walls, in meters, and this
+# share of their force.
 SLIM, SOFT = 0.12, 0.2
 
 
 @jit
 def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
-    """Lets both people of each pair take account of each other.
+    """Adapts both people of each pair to each other.
 
-    Array `wanted` receives the desired speeds, and `room` the gap to whoever
-    comes towards somebody, and how far that one is off to the left.
+    Array `wanted` receives the desired speeds, and `room` the gap to an
+    oncoming person, and the offset of that person to the left.
     """
     for p in range(len(pairs)):
         for turn in range(2):
@@ -71,11 +73,10 @@ def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
 
 @jit
 def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
-    """Returns what `keep_time_gap` does, and the pairs of people it looked at.
+    """Returns the result of `keep_time_gap`, and the pairs that it examined.
 
-    Returns:
-        The commands, how walls are felt, all pairs of people whose bodies are
-        less than twice a distance apart, and that distance, in meters.
+    They are all pairs of people whose bodies are less than twice a distance
+    apart; that distance, in meters, is the last result.
     """
     n = len(states)
     wanted = command.copy()
@@ -123,25 +124,13 @@ def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
 def keep_time_gap(
     states, bodies, command, parameters, at_walls, time_gap, matching
 ):
-    """Returns what people want, and how they feel walls, in view of others.
+    """Returns commands and `at_walls` of people in view of others.
 
     The desired speed is at most gap / time_gap + matching v, with the gap
-    between the bodies and the speed v of whoever is nearest ahead in the own
-    lane and does not come towards the person. Who does is passed: the goal is
-    turned aside, mostly to the right, and the shoulders so that walls are felt
-    less.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        bodies: Shape (n,), radii in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        time_gap: In seconds, > 0.
-        matching: The part of the other's speed that is added.
-
-    Returns:
-        The commands, and how walls are felt, in shapes as given.
+    between the bodies and the speed v of the nearest person ahead in the own
+    lane who is not oncoming. An oncoming person is passed: the goal is turned
+    aside, mostly to the right, and the shoulders are turned, so that walls
+    push less. The time gap is above 0, in seconds.
     """
     wanted, felt, _, _ = follow(
         states, bodies, command, parameters, at_walls, time_gap, matching

@@ -1,8 +1,8 @@
 """A whole step of the social force model in one call of compiled code.
 
-What `CrowdStep` does part by part for any model, in the same operations and so
-bit for bit. With a few people, most of the time of a call of compiled code is
-that of handing over its arrays.
+It does what `CrowdStep` does part by part for any model, with the same bits.
+With few people, most of the time of a call of compiled code is that of passing
+its arrays.
 """
 
 import math
@@ -30,14 +30,14 @@ from hunav_drake.systems.people.parameters import K_OBSTACLE
 
 
 class Numbers(NamedTuple):
-    """What does not change in a trial, after the fields of `Options`.
+    """The constants of a trial, after the fields of `Options`.
 
     Attributes:
-        reach: Walls farther than this are not felt, in meters.
-        most: How many walls are felt at most; 0 for all.
+        reach: Walls farther than this exert no force, in meters.
+        most: The largest number of walls that exert forces; 0 for all.
         error: See `fast_social_forces`.
-        time_gap: At which people follow each other, in seconds; 0 for none.
-        matching: What part of others' speed is added.
+        time_gap: That between people, in seconds; 0 for none.
+        matching: The share of others' speed that is added.
         time_step: In seconds.
         iterations: Those of `keep_apart`.
     """
@@ -70,24 +70,12 @@ def whole_step(
 ):
     """Returns the states and stances of n people at the end of a step.
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        command: Shape (n, COMMAND_SIZE).
-        stances: Shape (n, 3): see `standing`.
-        robots: Shape (m, 7): rows of `robot_states`.
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        eased: Shape (n, 2): see `Snapshot.at_walls`; (0, 2) where people feel
-            walls with their own radii and weights.
-        sizes: Shape (n, 3): those of `finish`, and the radius of each
-            person, in meters.
-        table: `Obstacles.table`.
-        numbers: Shape (12,): see `Numbers`.
-
-    Returns:
-        The states and the stances, in shapes as given, what `robot_touches`
-        returns of the step, and whether they hold:
-        not if a number is so large that `limited` would change it, or a force
-        is not finite.
+    After them come the touches of the step as of `robot_touches`, and whether
+    all these are valid: not if a number is so large that `limited` would change
+    it, or a force is not finite. `eased` is `Snapshot.at_walls`, or of shape
+    (0, 2) if people have their own radii and weights at walls. `sizes` (n, 3)
+    are those of `finish`, and the radius of each person, in meters. `numbers`
+    are `Numbers`.
     """
     p = _numbers_in(numbers)
     n = len(states)

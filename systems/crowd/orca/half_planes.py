@@ -1,9 +1,9 @@
 """The best velocity under linear rules, compiled by numba.
 
 A rule is a row (nx, ny, b) with a unit normal n: it allows the velocities v
-with n.v >= b. The velocity nearest to a wanted one, within a speed and all
-rules, is found by taking in one rule after the other; where no velocity obeys
-all, one is found whose largest offence is the least (van den Berg, Guy, Lin &
+with n.v >= b. The velocity nearest to the desired one, within a speed limit and
+all rules, is found by adding one rule after the other; if no velocity obeys
+all, one is found with the least largest offence (van den Berg, Guy, Lin &
 Manocha 2011, section 5). The rules come in a fixed order: nothing is drawn at
 random, and the result, being unique, does not depend on the order.
 """
@@ -18,15 +18,15 @@ _TINY = 1e-11
 # Rules whose directions differ by less are parallel, in radians.
 _PARALLEL = 1e-9
 
-# Rules that cannot all be obeyed are eased by a little more than it takes, in
-# m/s, so that what is left is not a point but a small area, and the choice in
-# it well defined.
+# Rules that cannot all be obeyed are relaxed by this more than necessary, in
+# m/s, so that the allowed velocities are not a point but a small area, in which
+# the choice is well defined.
 _SLACK = 1e-3
 
 
 @jit
 def _on_rule(rules, i, speed, tx, ty, farthest):
-    """Returns if a velocity on rule i obeys those before, and the best one."""
+    """Returns whether a velocity on rule i obeys those before; the best one."""
     nx = rules[i, 0]
     ny = rules[i, 1]
     b = rules[i, 2]
@@ -57,8 +57,8 @@ def _on_rule(rules, i, speed, tx, ty, farthest):
 def _best(rules, count, speed, tx, ty, farthest):
     """Returns the velocity nearest to (tx, ty), or farthest in its direction.
 
-    Before it comes how many of the first `count` rules it obeys, which is all
-    of them unless they contradict each other.
+    The first result is the number of the first `count` rules that it obeys:
+    all of them unless they contradict each other.
     """
     vx = tx
     vy = ty
@@ -79,8 +79,8 @@ def _best(rules, count, speed, tx, ty, farthest):
 def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
     """Returns the least largest offence, >= 0 in m/s, and the velocity with it.
 
-    It is a linear program of three variables: the velocity, and how far all the
-    rules from `hard` on are eased. (vx, vy) obeys the rules before `begin`.
+    It is a linear program of three variables: the velocity, and the relaxation
+    of all rules from `hard` on. (vx, vy) obeys the rules before `begin`.
     """
     offence = 0.0
     for i in range(begin, count):
@@ -112,19 +112,13 @@ def _least_offence(rules, hard, count, begin, speed, vx, vy, scratch):
 
 @jit
 def best_velocity(rules, hard, count, speed, tx, ty, scratch):
-    """Returns the velocity nearest to a wanted one under some rules, in m/s.
+    """Returns the velocity nearest to a desired one under some rules, in m/s.
 
-    Rules that no velocity obeys are eased, all by the same: first the hard ones
-    among themselves, then the others under the hard ones.
-
-    Args:
-        rules: Shape (>= count, 3); those that are eased are changed.
-        hard: How many rules, the first ones, go before the others.
-        count: The number of rules.
-        speed: The largest speed, in m/s.
-        tx: The wanted velocity, no faster than that, in m/s.
-        ty: Its y component.
-        scratch: Room for as many rules.
+    Rules that no velocity obeys are relaxed, all by the same: first the `hard`
+    ones, which come first, among themselves, then the others under these. The
+    first `count` of `rules` (>= count, 3) count; those that are relaxed are
+    changed. (tx, ty) is the desired velocity, no faster than `speed`, in m/s;
+    `scratch` is room for as many rules.
     """
     done, vx, vy = _best(rules, count, speed, tx, ty, False)
     for stage in range(2):

@@ -1,8 +1,8 @@
 """Optimal reciprocal collision avoidance: people choose velocities, not forces.
 
 van den Berg, Guy, Lin & Manocha 2011, "Reciprocal n-body collision avoidance".
-Nobody chooses a velocity at which, others keeping theirs, two bodies would
-touch within a horizon, and of a pair each does half of what avoids it.
+Nobody chooses a velocity at which two bodies would touch within a time horizon
+if the other kept its velocity, and each of a pair does half of the avoiding.
 """
 
 import math
@@ -14,10 +14,9 @@ from pydantic import Field, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.kernels import (
-    MATRIX,
     REAL,
+    SNAPSHOT,
     VECTOR,
-    WALLS,
     jit,
     jit_as,
     reads,
@@ -89,11 +88,7 @@ def _wanted(states, radii, command, parameters, robots, time_step, relaxation):
     return wanted
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, REAL, VECTOR),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, REAL, VECTOR)
 def orca_accelerations(
     states,
     radii,
@@ -185,7 +180,7 @@ def orca_accelerations(
                 ):
                     apart_in = recovery
                 if command[j, Command.HOLD] != 0:
-                    # Someone who stands still leaves it all to the others.
+                    # A person who holds still leaves it all to the others.
                     share = 1.0
                     vx = 0.0
                     vy = 0.0
@@ -221,31 +216,32 @@ def orca_accelerations(
 @register_motion_model("orca")
 @dataclass(kw_only=True, config=CONFIG)
 class OrcaModel(MotionModel):
-    """Everybody takes the best velocity that keeps free of the others.
+    """People choose the best velocity that keeps clear of the others.
 
-    van den Berg, Guy, Lin & Manocha 2011. A velocity must leave a person free
+    van den Berg, Guy, Lin & Manocha 2011. A velocity must keep a person clear
     of walls for `wall_horizon`, and of the nearest people and robots for
-    `time_horizon`; the one nearest to what the person wants is taken. Where
-    there is none, people give way before walls do: see `velocity_program`.
+    `time_horizon`; the one nearest to the desired velocity is taken. If there
+    is none, the rules of people are relaxed before those of walls: see
+    `half_planes`.
 
     A robot in the role of a pedestrian is expected to do its half of the
     avoiding. One in the role of an obstacle, and people who hold still, are
     not: the others do all.
 
-    What a person wants is to approach the desired velocity in
-    `relaxation_time`, under the forces of the group and of the robot's push,
-    which are those of the social force model.
+    People approach the desired velocity with `relaxation_time`, under the
+    forces of the group and of the robot's push, which are those of the social
+    force model.
 
-    People who go to the same place, or through the same door, queue, which the
-    paper does not have: they keep only their bodies apart, and from walls, and
-    who is nearer goes first (as in Curtis, Zafar, Gutub & Manocha 2013, "Right
+    People who go to the same place, or through the same door, queue, which is
+    not in the paper: they keep only their bodies apart, and from walls, and the
+    nearer person goes first (as in Curtis, Zafar, Gutub & Manocha 2013, "Right
     of way"). All others share the avoiding by halves. Without it
-    (`queue_distance` 0) crowds arch in front of doors of 1 m. Doors of 0.8 m
-    pass few people of 0.35 m even so.
+    (`queue_distance` 0) crowds arch in front of doors of 1 m. Even so, few
+    people of 0.35 m pass doors of 0.8 m.
 
-    All walls within `obstacle_range` count: `max_obstacles` does not. People
-    on the very point of a wall are not moved by it, nor people by someone in
-    the same place with the same velocity.
+    All walls within `obstacle_range` count: `max_obstacles` has no effect. A
+    wall does not move people on its very point, nor does a person at the same
+    position and velocity.
     """
 
     uses_weights = "none"
@@ -253,41 +249,42 @@ class OrcaModel(MotionModel):
     keeps_radii: ClassVar[bool] = True
 
     neighbor_distance: PositiveLength = 10.0
-    """People and robots farther than this are not avoided, in meters."""
+    """Distance beyond which people and robots are not avoided, in meters."""
 
     max_neighbors: Annotated[Integer, Field(ge=1, le=1000)] = 10
-    """How many people are avoided, the nearest first; more if equally far."""
+    """Largest number of people to avoid, nearest first; more if equally far."""
 
     time_horizon: Time = 3.0
-    """The time ahead that people must not touch others in (tau), in seconds."""
+    """Time horizon in which people must not touch others (tau), in seconds."""
 
     wall_horizon: Time = 1.0
-    """The time ahead that people must not touch a wall in, in seconds."""
+    """Time horizon in which people must not touch a wall, in seconds."""
 
     safety_margin: Annotated[StrictFloat, within(0, 10, "m")] = 0.05
-    """What people keep between their bodies and others, or walls, in meters."""
+    """Clearance of bodies from other bodies and from walls, in meters."""
 
     relaxation_time: Time = 0.25
-    """The time in which the desired velocity is approached, in seconds. A short
-    one gives the model of the paper, where people start and stop at once."""
+    """Time constant with which the desired velocity is approached, in seconds.
+    A short one gives the paper's model, where people start and stop at once."""
 
     epsilon: Annotated[StrictFloat, within(-1, 1, "rad")] = 0.05
-    """How far to the left of where they are people see others, in radians. It
-    breaks the tie of an exact head-on encounter, where both would brake until
-    they stand: to the right; a negative one, to the left."""
+    """Angle by which people see others displaced to the left, in radians. It
+    breaks the tie of an exact head-on encounter, where both would brake to a
+    stop: to the right; if negative, to the left."""
 
     body_radius: PositiveLength = 0.25
-    """The largest radius that people in a queue have to each other, and to
-    walls, in meters: of a larger one, the rest is distance of comfort."""
+    """Largest radius of people in a queue with respect to each other, and to
+    walls, in meters: the rest of a larger radius is comfort distance."""
 
     recovery_time: Annotated[StrictFloat, within(0, 1e3, "s")] = 0.25
-    """The time in which people come apart who walk the same way nearer to each
-    other than they like, as out of a door, in seconds; at least a time step,
-    which is the paper's, and that of all others."""
+    """Time in which people separate who walk the same way nearer to each other
+    than they like, as out of a door, in seconds; at least a time step, which is
+    the paper's, and that of all others."""
 
     queue_distance: Annotated[StrictFloat, within(0, 100, "m")] = 1.2
-    """People queue whose next waypoints, or goals, are nearer to each other
-    than this, in meters, or to the way of the other; 0 is the paper's form."""
+    """Distance between the next waypoints, or goals, of two people, or from one
+    to the other's way, below which they queue, in meters; 0 is the paper's
+    form."""
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the accelerations, as totals: see `MotionModel.forces`."""

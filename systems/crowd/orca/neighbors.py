@@ -18,8 +18,8 @@ _LEAST_WIDTH = 0.5
 
 
 @jit
-def _index(offset, width, count):
-    """Returns in which of `count` cells something is, at least the nearest."""
+def cell_index(offset, width, count):
+    """Returns the cell, of `count` ones, of an offset: at least the nearest."""
     return min(max(int(offset / width), 0), count - 1)
 
 
@@ -27,11 +27,10 @@ def _index(offset, width, count):
 def make_cells(x, y):
     """Sorts people at x, y, of shape (n,) with n > 0, in meters, into cells.
 
-    Returns:
-        The people's numbers, cell by cell, and their x and y in this order;
-        where each cell begins in it, row by row (the last one ends there);
-        the lower left corner and the width of the cells; and the number of
-        columns and rows.
+    Returns the people's numbers, cell by cell, and their x and y in this order;
+    the begin of each cell in it, row by row (the last one ends there); the
+    lower left corner and the width of the cells; and the number of columns and
+    rows.
     """
     n = len(x)
     left = x.min()
@@ -40,13 +39,13 @@ def make_cells(x, y):
     up = y.max() - bottom
     width = max(math.sqrt(2 * across * up / n), max(across, up) * 2 / n)
     width = max(width, _LEAST_WIDTH)
-    columns = _index(across, width, n) + 1
-    rows = _index(up, width, n) + 1
+    columns = cell_index(across, width, n) + 1
+    rows = cell_index(up, width, n) + 1
     cells = np.empty(n, np.int64)
     begin = np.zeros(columns * rows + 1, np.int64)
     for i in range(n):
-        column = _index(x[i] - left, width, columns)
-        row = _index(y[i] - bottom, width, rows)
+        column = cell_index(x[i] - left, width, columns)
+        row = cell_index(y[i] - bottom, width, rows)
         cells[i] = row * columns + column
         begin[cells[i] + 1] += 1
     for i in range(1, len(begin)):
@@ -63,14 +62,14 @@ def make_cells(x, y):
 def find_neighbors(i, px, py, cells, reach, most, nearest, found):
     """Finds the nearest people, not farther than `reach`, to i at (px, py).
 
-    Those who are as far as the last of `most`, to rounding, all count, so that
+    All people who are as far as the last of `most`, to rounding, count, so that
     the result does not depend on the order of people. Their numbers are written
     to `found`, which has room for all; `nearest` is room for `most` numbers,
-    and `cells` is from `make_cells`. Returns how many there are.
+    and `cells` is from `make_cells`. Returns the number of people found.
     """
     order, x, y, begin, left, bottom, width, columns, rows = cells
-    column = _index(px - left, width, columns)
-    row = _index(py - bottom, width, rows)
+    column = cell_index(px - left, width, columns)
+    row = cell_index(py - bottom, width, rows)
     inset_x = px - left - column * width
     inset_y = py - bottom - row * width
     inset = min(min(inset_x, width - inset_x), min(inset_y, width - inset_y))
@@ -102,13 +101,13 @@ def find_neighbors(i, px, py, cells, reach, most, nearest, found):
         limit = min(limit, nearest[most - 1])
 
     limit = min(reach * reach, nearest[most - 1] * (1 + _TIE))
-    # A little more, for someone on the edge of a cell.
+    # A little more, for people on the edge of a cell.
     radius = math.sqrt(limit) * (1 + _TIE) + _TIE
     count = 0
-    first = _index(px - radius - left, width, columns)
-    last = _index(px + radius - left, width, columns)
-    lowest = _index(py - radius - bottom, width, rows)
-    highest = _index(py + radius - bottom, width, rows)
+    first = cell_index(px - radius - left, width, columns)
+    last = cell_index(px + radius - left, width, columns)
+    lowest = cell_index(py - radius - bottom, width, rows)
+    highest = cell_index(py + radius - bottom, width, rows)
     for b in range(lowest, highest + 1):
         cell = b * columns
         for s in range(begin[cell + first], begin[cell + last + 1]):

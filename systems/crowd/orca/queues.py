@@ -1,8 +1,8 @@
-"""Who goes first of people who go to the same place, compiled by numba.
+"""The right of way of people who go to the same place, compiled by numba.
 
-The right of way is that of Curtis, Zafar, Gutub & Manocha 2013, "Right of way:
-asymmetric agent interactions in crowds": who has it leaves the avoiding to the
-other one. Here it belongs to who is nearer to where both go.
+It is that of Curtis, Zafar, Gutub & Manocha 2013, "Right of way: asymmetric
+agent interactions in crowds": the person who has it leaves the avoiding to the
+other one. Here it belongs to the person nearer to their common place.
 """
 
 import math
@@ -10,17 +10,17 @@ import math
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import Command, X, Y
 
-# Who of two in a queue is nearer to where they go by this goes first, and
-# leaves all avoiding to the other one, in meters.
+# If one of two people in a queue is nearer to their place by this, in meters,
+# it goes first, and leaves all avoiding to the other one.
 _PRIORITY = 0.5
 
-# The cosine of the angle between ways up to which they go side by side.
+# The cosine of the angle up to which two ways are side by side.
 _SAME_WAY = 0.8
 
 
 @jit
 def is_walking(state, command):
-    """Tells whether a person is on the way to a goal."""
+    """Returns whether a person is on the way to a goal."""
     gx = command[Command.GOAL_X] - state[X]
     gy = command[Command.GOAL_Y] - state[Y]
     return (
@@ -32,7 +32,7 @@ def is_walking(state, command):
 
 @jit
 def go_side_by_side(state, command, other, others):
-    """Tells whether the ways of two who walk differ by less than 37 degrees."""
+    """Returns whether the ways of two people differ by less than 37 degrees."""
     ax = command[Command.GOAL_X] - state[X]
     ay = command[Command.GOAL_Y] - state[Y]
     bx = others[Command.GOAL_X] - other[X]
@@ -43,7 +43,7 @@ def go_side_by_side(state, command, other, others):
 
 @jit
 def _is_on_way(x, y, state, command, near):
-    """Tells whether a place is near the way of a person to the goal."""
+    """Returns whether a place is near the way of a person to the goal."""
     gx = command[Command.GOAL_X] - state[X]
     gy = command[Command.GOAL_Y] - state[Y]
     dx = x - state[X]
@@ -57,19 +57,14 @@ def _is_on_way(x, y, state, command, near):
 
 @jit
 def share_in_queue(state, command, other, others, near):
-    """Returns what part of avoiding is a person's in a queue, or -1 in none.
+    """Returns a person's share of the avoiding in a queue; -1 without one.
 
-    Two who walk are in a queue if they go to the same place, or if one goes to
-    a place on the way of the other, and not the other way. The parts of both
-    add up to one: who is nearer to the two places has less.
-
-    Args:
-        state: Shape (6,), that of the person.
-        command: Shape (COMMAND_SIZE,), with the next waypoint for a goal.
-        other: Shape (6,), the state of the other one.
-        others: Shape (COMMAND_SIZE,), the command of that one.
-        near: Places nearer to each other than this, or to a way, are the same,
-            or on it, in meters.
+    Two people who walk are in a queue if they go to the same place, or if one
+    goes to a place on the way of the other, and not in the opposite direction.
+    The shares of both add up to one: that of the person nearer to the two
+    places is smaller. Places are the same, or on a way, within `near` meters.
+    (state, command) are those of the person, with the next waypoint for a goal,
+    (other, others) those of the other one.
     """
     ax = command[Command.GOAL_X]
     ay = command[Command.GOAL_Y]

@@ -15,17 +15,17 @@ _TINY = 1e-9
 
 @jit
 def avoid_disc(rule, ex, ey, own, vx, vy, reach, share, horizon, recovery):
-    """Writes the rule (nx, ny, b) to avoid a disc, and tells if there is one.
+    """Writes the rule (nx, ny, b) to avoid a disc; returns whether it exists.
 
-    The disc is at (ex, ey) from the person, and the person faster than it by
-    (vx, vy). The person makes a share of the change. They must not touch within
-    the horizon; if they do, they come apart in the time of recovery. Someone
-    in the same place, at the same velocity, is in no direction.
+    The disc is at (ex, ey) from the person, whose velocity relative to it is
+    (vx, vy). The person does a share of the avoiding. They must not touch
+    within the horizon; if they touch already, they separate in the recovery
+    time. There is no rule for a disc at the same position and velocity.
     """
     d2 = ex * ex + ey * ey
     apart = d2 > reach * reach
     time = horizon if apart else recovery
-    # From the center of the disc that the cone of velocities is cut off by.
+    # From the center of the disc that cuts off the cone of velocities.
     wx = vx - ex / time
     wy = vy - ey / time
     w = math.hypot(wx, wy)
@@ -54,10 +54,10 @@ def avoid_disc(rule, ex, ey, own, vx, vy, reach, share, horizon, recovery):
 
 @jit
 def avoid_walls(rules, x, y, reach, speed, walls, sight, horizon, step):
-    """Writes the rules by which a person avoids walls, and returns how many.
+    """Writes the rules by which a person avoids walls; returns their number.
 
     Each segment lies behind the line through its point nearest to the person,
-    who may come nearer to that line only by so much. Standing is allowed. Who
+    whose approach to that line is limited. Standing is allowed. A person who
     touches a wall comes off it in a step.
     """
     sight = min(sight, reach + speed * horizon)

@@ -1,7 +1,7 @@
 """The terms of the social force model, compiled by numba.
 
 They keep the order of operations of `lightsfm`, so that they give its numbers
-bit for bit. What the formulas leave undefined has the value that
+bit for bit. Where the formulas are undefined, they have the values that
 `numpy_forces.py` states.
 """
 
@@ -11,10 +11,14 @@ import numpy as np
 
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import (
+    COHERENCE_FORCE,
     GAZE_FORCE,
+    GOAL_FORCE,
+    GROUP_REPULSION_FORCE,
     OBSTACLE_FORCE,
     ROBOT_REPULSION_FORCE,
     SOCIAL_FORCE,
+    TOTAL_FORCE,
     VX,
     VY,
     Command,
@@ -59,12 +63,10 @@ def wrap(angle):
 
 @jit
 def goal_force(x, y, vx, vy, command, k):
-    """Returns the pull towards the goal, and the direction there.
+    """Returns the pull towards the goal, (fx, fy), and the direction (ex, ey).
 
-    k_d (v_desired e - v) / tau; without a goal, or at it, -v / tau.
-
-    Returns:
-        (fx, fy, ex, ey): the force, and the direction of length one, or zero.
+    k_d (v_desired e - v) / tau; without a goal, or at it, -v / tau. The
+    direction is a unit vector, or zero.
     """
     gx = command[Command.GOAL_X] - x
     gy = command[Command.GOAL_Y] - y
@@ -87,7 +89,7 @@ def goal_force(x, y, vx, vy, command, k):
 
 @jit
 def pair_force(dx, dy, dvx, dvy, k):
-    """Returns the social force of someone at (dx, dy) from here.
+    """Returns the social force of a person at (dx, dy) from here.
 
     (dvx, dvy) is the own velocity minus the other's, k the parameters.
     """
@@ -169,7 +171,7 @@ def add_group_forces(directions, states, radii, command, parameters, forces):
         cy /= hi - lo
         for a in range(lo, hi):
             i = order[a]
-            _group_force(
+            group_force(
                 i,
                 order[lo:hi],
                 cx,
@@ -183,7 +185,7 @@ def add_group_forces(directions, states, radii, command, parameters, forces):
 
 
 @jit
-def _group_force(i, members, cx, cy, direction, states, radii, k, out):
+def group_force(i, members, cx, cy, direction, states, radii, k, out):
     """Writes the three forces of a group centered at (cx, cy) on person i."""
     x = states[i, X]
     y = states[i, Y]
@@ -217,6 +219,24 @@ def _group_force(i, members, cx, cy, direction, states, radii, k, out):
                 out[5] += dy
     out[4] *= k[K_REPULSION]
     out[5] *= k[K_REPULSION]
+
+
+@jit
+def add_up(out):
+    """Writes the total of a row of forces."""
+    for c in range(2):
+        group = (
+            out[GAZE_FORCE + c]
+            + out[COHERENCE_FORCE + c]
+            + out[GROUP_REPULSION_FORCE + c]
+        )
+        out[TOTAL_FORCE + c] = (
+            out[GOAL_FORCE + c]
+            + out[SOCIAL_FORCE + c]
+            + out[OBSTACLE_FORCE + c]
+            + group
+            + out[ROBOT_REPULSION_FORCE + c]
+        )
 
 
 @jit

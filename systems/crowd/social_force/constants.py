@@ -15,8 +15,8 @@ SHORT = 1e-100
 # surface, no push grows: no force is infinite.
 LEAST, MOST = 800.0, 300.0
 
-# The least distance to a robot's center that its extra push is computed for,
-# in meters.
+# The distance to a robot's center below which its extra push does not grow, in
+# meters.
 REPULSION_FLOOR = 0.05
 
 # A person slower than this keeps the yaw, in m/s.

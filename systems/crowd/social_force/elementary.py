@@ -16,9 +16,9 @@ from hunav_drake.systems.common.kernels import jit
 def fused(typing_context, a, b, c):
     """Returns a b + c, rounded once; all are of one type.
 
-    The compiler is never left to choose this, nor the order of sums: it would
-    choose differently for the copies of a function in each of its callers, and
-    which copy runs depends on what was read from disk.
+    The compiler never chooses this, nor the order of sums: it would choose
+    differently for the copies of a function in each of its callers, and the
+    copy that runs depends on what was read from disk.
     """
 
     def generate(context, builder, signature, arguments):

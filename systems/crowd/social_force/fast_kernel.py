@@ -45,12 +45,12 @@ from hunav_drake.systems.people.parameters import (
     N,
 )
 
-# From how many people on pairs are tested, and from how many on people are
-# sorted into columns first. Below, the test costs more than it saves.
+# The numbers of people from which on pairs are tested, and people are sorted
+# into columns first. With fewer people, the test costs more than it saves.
 SKIP_FROM = 48
 SORT_FROM = 1500
 
-# How many pairs are computed in one go: long loops make the most of vectors.
+# The number of pairs that are computed in one go: long loops suit vectors.
 _BATCH = 512
 
 # The width of a column, in meters.
@@ -121,7 +121,7 @@ def _sum(values, lo, hi):
 
 @jit
 def _mark(person, bound, x, y, vx, vy, lo, hi, marks):
-    """Marks which of people lo..hi-1 may matter to a person."""
+    """Marks those of people lo..hi-1 whose force may not be negligible."""
     xi, yi, vxi, vyi = person
     lam, gamma2, behind, aside, turned, limit = bound
     for j in range(lo, hi):
@@ -142,7 +142,7 @@ def _mark(person, bound, x, y, vx, vy, lo, hi, marks):
         )
         fast = fused(lam * lam, u2, _single(1))
         left = fused(turned * fast * fast, r2, fused(limit, r2, -second))
-        # A comparison with what overflowed is false, and keeps the pair.
+        # A comparison with an overflowed number is false, and keeps the pair.
         far = left * left * gamma2 * length2 < r2 * r2 * r2 * r2
         skip = (left < _single(0)) | far
         marks[j - lo] = np.uint8(0) if skip else np.uint8(1)
@@ -171,7 +171,10 @@ def _bound(k, limit):
 
 @jit
 def _limit(k, n, error):
-    """Returns from which exponent on the forces of n people add up to less."""
+    """Returns the exponent from which on the forces of n people are negligible.
+
+    Their sum is then less than the error.
+    """
     if error <= 0 or n < SKIP_FROM or k[K_SOCIAL] <= 0:
         return math.inf
     return max(math.log(n * math.sqrt(2.0) * k[K_SOCIAL] / error), 1.0)
@@ -179,10 +182,12 @@ def _limit(k, n, error):
 
 @jit
 def _few(states, k, result):
-    """Writes the forces on a few people who are alike: all pairs at a time."""
+    """Writes the forces on a few people with equal weights, all pairs at once.
+
+    (The arrays are separate: no compiler sees that rows of one do not overlap.)
+    """
     n = len(states)
     size = n * (n - 1) // 2
-    # (Arrays of their own: that rows of one do not overlap, no compiler sees.)
     dx = np.empty(size)
     dy = np.empty(size)
     ux = np.empty(size)
@@ -210,7 +215,7 @@ def _few(states, k, result):
 
 @jit
 def alike(parameters):
-    """Tells whether all people have the same weights for each other."""
+    """Returns whether all people have the same weights for each other."""
     for i in range(1, len(parameters)):
         for c in range(K_SOCIAL, EPSILON + 1):
             if parameters[i, c] != parameters[0, c]:
@@ -245,8 +250,8 @@ def _columns(x, y):
 def people_forces(states, parameters, error):
     """Returns the social force (n, 2) of all other people on each, in m/s^2.
 
-    States and parameters are those of `kernel.social_forces`. The sum of what
-    is left out is less than the error for each person; 0 leaves nothing out.
+    States and parameters are those of `kernel.social_forces`. The sum of the
+    neglected forces is less than the error for each person; 0 neglects none.
     """
     n = len(states)
     result = np.zeros((n, 2))

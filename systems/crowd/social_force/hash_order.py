@@ -1,9 +1,9 @@
-"""In what order HuNavSim goes through people: that of a hash table.
+"""The order in which HuNavSim processes people: that of a hash table.
 
 It keeps them in a `std::unordered_map` by their numbers. This is the order of
 GCC's: the elements are one chain, in which those of a bucket, the number modulo
-that of buckets, stand together. A new one comes to the front of its bucket, or,
-if that is empty, of the chain.
+the number of buckets, are adjacent. A new one comes to the front of its bucket
+or, if that is empty, of the chain.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-# How many buckets a table has as it grows, which it does when there are more
-# elements: the primes that follow double the last one, in GCC's list of them.
+# The numbers of buckets of a table as it grows, which it does when there are
+# more elements: the primes that follow double the last one, in GCC's list.
 _BUCKETS = (
     *(13, 29, 59, 127, 257, 541, 1109, 2357, 5087, 10273, 20753, 42043),
     *(85229, 172933, 351061),
@@ -24,7 +24,7 @@ def hash_order(ids: Sequence[int]) -> NDArray[np.intp]:
 
     Args:
         ids: Their numbers, all different, in the order in which they are put
-            into it. With more than 351061 people it grows no more here.
+            into it. The table does not grow beyond 351061 people here.
     """
     chain = _Chain(ids, _BUCKETS[0])
     for row in range(len(ids)):
@@ -36,7 +36,7 @@ def hash_order(ids: Sequence[int]) -> NDArray[np.intp]:
 
 
 class _Chain:
-    """Rows in their order, by the rows before them; -1 is before the first."""
+    """A linked list of rows; -1 is before the first."""
 
     def __init__(
         self, ids: Sequence[int], buckets: int, rows: Iterable[int] = ()
@@ -44,7 +44,7 @@ class _Chain:
         self._ids = ids
         self._buckets = buckets
         self._next: dict[int, int | None] = {-1: None}
-        # By bucket, whom its first row follows.
+        # By bucket, the row before its first row.
         self._before: dict[int, int] = {}
         for row in rows:
             self.insert(row)

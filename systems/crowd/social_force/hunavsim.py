@@ -7,18 +7,18 @@ same bit for bit, and its rules where those of `kernel.py` differ:
 - epsilon has no part in the social force, and theta counts however small;
 - where the direction of an interaction is undefined, all of the social force
   is zero; people who stand on one another at different speeds push;
-- a group is centered from oneself on, and a person without a direction to the
-  goal has no gaze force;
-- the push away from a robot is not bounded, and turns round inside the body;
-- people who stop may keep their velocity, for others to see; who rests looks
-  along x;
+- the center of a group is summed from the person on, and a person without a
+  direction to the goal has no gaze force;
+- the push away from a robot is not bounded, and reverses inside the body;
+- people who stop may keep their velocity, for others to see; people at rest
+  look along x;
 - people who react to the robot move one after the other, from the last row to
   the first: the forces on them are those once the people after them have moved;
 - when they do not react, their time step has six decimals;
 - a group has any number but -1.
 
-HuNavSim keeps people in a hash table; so do the sums here go, from the last row
-to the first. Rows come in that order: see `hash_order`.
+HuNavSim keeps people in a hash table; the sums here go in its order, from the
+last row to the first. Rows come in that order: see `hash_order`.
 """
 
 import math
@@ -30,17 +30,14 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
-    WALLS,
+    SNAPSHOT,
     jit,
     jit_as,
 )
 from hunav_drake.systems.common.layout import (
-    COHERENCE_FORCE,
     FORCES_SIZE,
     GAZE_FORCE,
     GOAL_FORCE,
-    GROUP_REPULSION_FORCE,
     OBSTACLE_FORCE,
     OMEGA,
     ROBOT_REPULSION_FORCE,
@@ -56,17 +53,16 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
+    add_up,
     goal_force,
+    group_force,
     point_force,
     wall_force,
     wrap,
 )
 from hunav_drake.systems.people.parameters import (
     GAMMA,
-    K_COHERENCE,
-    K_GAZE,
     K_OBSTACLE,
-    K_REPULSION,
     K_SOCIAL,
     LAMBDA,
     N_PRIME,
@@ -76,7 +72,7 @@ from hunav_drake.systems.people.parameters import (
 from hunav_drake.systems.people.single_precision import bearing
 from hunav_drake.systems.world.walls import opened
 
-# Nearer to a robot than this is as near as this, in meters: forces are finite.
+# Smaller distances to a robot count as this, in meters: forces are finite.
 _NEAR = 1e-9
 
 
@@ -88,7 +84,7 @@ def _angle(x, y):
 
 @jit
 def _pair_force(dx, dy, dvx, dvy, k):
-    """Returns the social force of someone at (dx, dy), which may be NaN."""
+    """Returns the social force of a person at (dx, dy), which may be NaN."""
     r = math.sqrt(dx * dx + dy * dy)
     nx = dx
     ny = dy
@@ -114,7 +110,7 @@ def _pair_force(dx, dy, dvx, dvy, k):
 
 @jit
 def _add_social_force(i, states, command, k, robots, out):
-    """Adds the forces of all others, and of robots that are like them."""
+    """Adds the forces of all others, and of robots that are pedestrians."""
     fx = 0.0
     fy = 0.0
     # (Robots have the indices -1, -2, ...)
@@ -175,47 +171,23 @@ def _add_group_forces(i, ex, ey, states, radii, command, k, out):
     group = command[i, Command.GROUP_ID]
     if group == -1:
         return
-    x = states[i, X]
-    y = states[i, Y]
+    members = np.empty(len(states), np.int64)
+    members[0] = i
     size = 1
-    cx = x
-    cy = y
+    cx = states[i, X]
+    cy = states[i, Y]
     for j in range(len(states) - 1, -1, -1):
         if j != i and command[j, Command.GROUP_ID] == group:
+            members[size] = j
             size += 1
             cx += states[j, X]
             cy += states[j, Y]
     if size < 2:
         return
-    cx /= size
-    cy /= size
-
-    others = 1 / (size - 1)
-    dx = others * (size * cx - x) - x
-    dy = others * (size * cy - y) - y
-    along = ex * dx + ey * dy
-    # The arc cosine of more than 1, by rounding, is NaN: no force, as here.
-    if along < 0:
-        back = along / (ex * ex + ey * ey)
-        out[GAZE_FORCE] = back * ex * k[K_GAZE]
-        out[GAZE_FORCE + 1] = back * ey * k[K_GAZE]
-
-    dx = cx - x
-    dy = cy - y
-    distance = math.sqrt(dx * dx + dy * dy)
-    softened = math.tanh(distance - (size - 1) / 2) + 1
-    out[COHERENCE_FORCE] = dx * (k[K_COHERENCE] * softened / 2)
-    out[COHERENCE_FORCE + 1] = dy * (k[K_COHERENCE] * softened / 2)
-
-    for j in range(len(states) - 1, -1, -1):
-        if j != i and command[j, Command.GROUP_ID] == group:
-            dx = x - states[j, X]
-            dy = y - states[j, Y]
-            if math.sqrt(dx * dx + dy * dy) < radii[i] + radii[j]:
-                out[GROUP_REPULSION_FORCE] += dx
-                out[GROUP_REPULSION_FORCE + 1] += dy
-    out[GROUP_REPULSION_FORCE] *= k[K_REPULSION]
-    out[GROUP_REPULSION_FORCE + 1] *= k[K_REPULSION]
+    group_force(
+        *(i, members[:size], cx / size, cy / size, (ex, ey), states, radii, k),
+        out[GAZE_FORCE:ROBOT_REPULSION_FORCE],
+    )
 
 
 @jit
@@ -237,26 +209,10 @@ def _add_forces(
     _add_social_force(i, states, command[i], k, robots, out)
     _add_robot_forces(x, y, radii[i], command[i], k, robots, out)
     _add_group_forces(i, ex, ey, states, radii, command, k, out)
-    for c in range(2):
-        group = (
-            out[GAZE_FORCE + c]
-            + out[COHERENCE_FORCE + c]
-            + out[GROUP_REPULSION_FORCE + c]
-        )
-        out[TOTAL_FORCE + c] = (
-            out[GOAL_FORCE + c]
-            + out[SOCIAL_FORCE + c]
-            + out[OBSTACLE_FORCE + c]
-            + group
-            + out[ROBOT_REPULSION_FORCE + c]
-        )
+    add_up(out)
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER)
 def social_forces(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
@@ -283,7 +239,7 @@ def _turned(state, command, time_step):
 
 @jit
 def _move(state, force, command, time_step, out):
-    """Writes where a person is one step later; `out` may be `state`."""
+    """Writes the state of a person one step later; `out` may be `state`."""
     hold = int(command[Command.HOLD])
     vx = state[VX]
     vy = state[VY]
@@ -334,11 +290,7 @@ def _look_at_robot(robots, distance, out):
             out[YAW] = wrap(yaw + turn)
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, MATRIX, REAL),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, MATRIX, REAL)
 def advance(
     states,
     radii,
@@ -352,28 +304,16 @@ def advance(
     forces,
     time_step,
 ):
-    """Returns where n people are one step later, shape (n, 6).
+    """Returns the states of n people one step later, shape (n, 6).
 
-    The yaw follows the velocity, and is 0 at rest. Who turns while walking has
-    the turn rate of the walk.
-
-    Args:
-        states: Shape (n, 6), and the next eight are as for `social_forces`.
-        radii: See there.
-        command: See there.
-        parameters: See there.
-        robots: See there.
-        at_walls: See there.
-        table: See there.
-        reach: See there.
-        most: See there.
-        forces: What it gave.
-        time_step: In seconds.
+    The yaw follows the velocity, and is 0 at rest. People who turn while
+    walking have the turn rate of the walk. The first nine arguments are those
+    of `social_forces`; then come its result, and the time step in seconds.
     """
     walls = opened(table)
-    # Subtrees are told it as text.
+    # Subtrees receive it as text.
     rounded_step = math.floor(time_step * 1e6 + 0.5) / 1e6
-    # Who has moved already is where the step leads; the others are not.
+    # People who have moved already have their next states; the others do not.
     result = states.copy()
     force = np.zeros(FORCES_SIZE)
     for i in range(len(states) - 1, -1, -1):

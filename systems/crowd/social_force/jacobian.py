@@ -1,6 +1,6 @@
 """The derivatives of one step of the social force model, compiled by numba.
 
-Those of what `kernel.py` computes, with respect to the rows of `human_states`
+They are those of the results of `kernel.py`, by the rows of `human_states`
 without the radii, and of `robot_states`: a column for each element of the n
 rows (x, y, yaw, vx, vy, omega), then one for each of the m rows (x, y, yaw,
 vx, vy, omega, radius). See `jacobian_terms.py` for where there is none.
@@ -15,8 +15,7 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
-    WALLS,
+    SNAPSHOT,
     jit,
     jit_as,
 )
@@ -49,7 +48,7 @@ from hunav_drake.systems.world.walls import opened
 
 @jit
 def _own(i, states, radii, felt, command, k, walls, reach, most, robots, rows):
-    """Adds the derivatives by the own state, when those by others are there."""
+    """Adds the derivatives by the own state, after those by the others."""
     n = len(states)
     x = states[i, X]
     y = states[i, Y]
@@ -160,11 +159,7 @@ def _step(i, states, forces, command, time_step, rows, out, own):
     out[OMEGA, own + YAW] += (yaw_yaw - 1) / time_step
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER)
 def force_jacobian(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
@@ -190,11 +185,7 @@ def force_jacobian(
     return result
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, MATRIX, REAL),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, MATRIX, REAL)
 def step_jacobian(
     states,
     radii,
@@ -208,14 +199,11 @@ def step_jacobian(
     forces,
     time_step,
 ):
-    """Returns the derivatives of the next states of n people.
+    """Returns the derivatives of the next states of n people: (6n, 6n + 7m).
 
     The first nine arguments are those of `kernel.social_forces`; then come the
-    forces that it gives, shape (n, FORCES_SIZE), and the time step in seconds.
-
-    Returns:
-        Shape (6n, 6n + 7m): a row for each element of the next states. See
-        the module for the columns.
+    forces that it gives, and the time step in seconds. A row is for an element
+    of the next states; see the module for the columns.
     """
     n = len(states)
     rows = force_jacobian(

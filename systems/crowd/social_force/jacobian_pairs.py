@@ -33,25 +33,25 @@ from hunav_drake.systems.people.parameters import (
 # The rows of the people's states, and of the robots'.
 STATE, ROBOT = 6, 7
 
-# How many pairs are computed in one go, and the vectors that they fill.
+# The number of pairs that are computed in one go, and of those in a vector.
 _PAIRS = 64
 _LANES = 8
 
 
 @jit
 def _pair_derivatives(k, pairs, count):
-    """Computes the derivatives of the social forces of others, of some pairs.
+    """Computes the derivatives of the social forces of some pairs.
 
     `pairs` holds 12 parts of _PAIRS elements, one for each of `count` pairs.
-    The first four are given: where the others are (x, y), and the own velocity
-    minus the other's (x, y). The next four get the 2 x 2 derivatives by the
-    place, row by row, and the last four those by the velocity.
+    The first four are given: the offsets of the others (x, y), and the own
+    velocity minus the other's (x, y). The next four get the 2 x 2 derivatives
+    by the position, row by row, and the last four those by the velocity.
     """
     weight = k[LAMBDA]
     gamma = k[GAMMA]
     per_gamma = 1 / gamma
     tilt = k[EPSILON] * gamma
-    # A loop over what is left of the last vector would cost more.
+    # A loop over the remainder of the last vector would cost more.
     for c in range((count + _LANES - 1) // _LANES * _LANES):
         dx = pairs[c]
         dy = pairs[_PAIRS + c]
@@ -137,7 +137,7 @@ def _pair_derivatives(k, pairs, count):
 
 @jit
 def add_pairs(states, command, parameters, robots, result):
-    """Adds the derivatives of the forces of people, and robots taken for them.
+    """Adds the derivatives of the forces of people and of robots like them.
 
     The result, of shape (2n, c), is added to; the other arguments are those of
     `kernel.social_forces`.
@@ -177,7 +177,7 @@ def add_pairs(states, command, parameters, robots, result):
 
 @jit
 def _add_pair_blocks(pairs, count, who, n, same, result):
-    """Adds what `_pair_derivatives` has computed."""
+    """Adds the results of `_pair_derivatives`."""
     robots = STATE * n
     for c in range(count):
         i = who[0, c]

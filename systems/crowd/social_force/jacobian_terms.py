@@ -1,6 +1,6 @@
 """The derivatives of the terms of the social force model, compiled by numba.
 
-Those of what `compiled_forces.py` computes, written out by hand. A term has a
+They are those of `compiled_forces.py`, written out by hand. A term has a
 derivative wherever its formula has one. Where it jumps or has a kink (another
 wall becomes the nearest), it is that of the side that the kernel computes;
 where the force is zero by definition (coincident people), so is the
@@ -31,16 +31,10 @@ from hunav_drake.systems.world.nearest import shapes_within
 def point_derivative(dx, dy, radius, factor, k, edge):
     """Returns the derivative of the force of an obstacle's nearest point.
 
-    Args:
-        dx: Where the person is from that point, in meters.
-        dy: The y component.
-        radius: Of the person, in meters.
-        factor: How hard it pushes, in m/s^2.
-        k: The parameters.
-        edge: Whether the point moves along with the person, on an edge.
-
-    Returns:
-        The elements xx, xy and yy of the symmetric 2 x 2 derivative.
+    (dx, dy) is the person relative to that point, in meters, `factor` the
+    obstacle factor, in m/s^2. With `edge`, the point moves along with the
+    person, on an edge. The results are the elements xx, xy and yy of the
+    symmetric 2 x 2 derivative.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     if distance < SHORT:
@@ -66,7 +60,7 @@ def point_derivative(dx, dy, radius, factor, k, edge):
 def wall_derivative(x, y, felt, k, walls, reach, most):
     """Returns the derivative of the sum over the walls: xx, xy, yy.
 
-    They are felt with a radius and an obstacle factor: a row of `at_walls`.
+    `felt` is a row of `at_walls`: a radius and an obstacle factor.
     """
     xx = 0.0
     xy = 0.0
@@ -102,8 +96,7 @@ def add_block(rows, column, xx, xy, yx, yy):
 def add_robot_derivatives(i, states, radii, command, k, robots, rows, column):
     """Adds the derivatives by the robots, from a column on.
 
-    Those of robots that are taken for people come with
-    `jacobian_pairs.add_pairs`.
+    Those of robots that count as people come with `jacobian_pairs.add_pairs`.
     """
     x = states[i, X]
     y = states[i, Y]
@@ -146,12 +139,9 @@ def add_group_derivatives(
 ):
     """Adds the derivatives of the group forces on person i.
 
-    (ex, ey) is where the person heads, zero for nowhere; per_distance is one
-    over the distance to the goal.
-
-    Returns:
-        The derivative by the own place that is more than minus the sum of
-        those by the places of the others: xx, xy, yx, yy.
+    (ex, ey) is the direction of the goal, zero without one; per_distance is
+    one over its distance. Returns the derivative by the own position, beyond
+    minus the sum of those by the positions of the others: xx, xy, yx, yy.
     """
     group = command[i, Command.GROUP_ID]
     x = states[i, X]

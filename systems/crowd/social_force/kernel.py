@@ -14,21 +14,16 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     MATRIX,
     REAL,
-    VECTOR,
-    WALLS,
+    SNAPSHOT,
     jit,
     jit_as,
 )
 from hunav_drake.systems.common.layout import (
-    COHERENCE_FORCE,
     FORCES_SIZE,
-    GAZE_FORCE,
     GOAL_FORCE,
-    GROUP_REPULSION_FORCE,
     MOTION_SIZE,
     OBSTACLE_FORCE,
     OMEGA,
-    ROBOT_REPULSION_FORCE,
     SOCIAL_FORCE,
     TOTAL_FORCE,
     VX,
@@ -41,6 +36,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.crowd.social_force.compiled_forces import (
     add_group_forces,
     add_robot_forces,
+    add_up,
     goal_force,
     pair_force,
     wall_force,
@@ -50,7 +46,7 @@ from hunav_drake.systems.crowd.social_force.constants import YAW_SPEED
 from hunav_drake.systems.crowd.social_force.fast_kernel import people_forces
 from hunav_drake.systems.world.walls import opened
 
-# Stands for forces of people that are not known.
+# The argument for forces of people that are not known.
 NOT_GIVEN = np.zeros((0, 2))
 
 
@@ -87,7 +83,7 @@ def _all_forces(
             directions[i, 0],
             directions[i, 1],
         ) = goal_force(x, y, vx, vy, command[i], k)
-        # Without walls not even a call: it hands over six arrays.
+        # Without walls there is no call, which would pass six arrays.
         if len(walls.solid) > 0:
             out[OBSTACLE_FORCE], out[OBSTACLE_FORCE + 1] = wall_force(
                 *(x, y, at_walls[i, 0], at_walls[i, 1]),
@@ -117,47 +113,15 @@ def _all_forces(
     if grouped:
         add_group_forces(directions, states, radii, command, parameters, forces)
     for i in range(n):
-        out = forces[i]
-        for c in range(2):
-            group = (
-                out[GAZE_FORCE + c]
-                + out[COHERENCE_FORCE + c]
-                + out[GROUP_REPULSION_FORCE + c]
-            )
-            out[TOTAL_FORCE + c] = (
-                out[GOAL_FORCE + c]
-                + out[SOCIAL_FORCE + c]
-                + out[OBSTACLE_FORCE + c]
-                + group
-                + out[ROBOT_REPULSION_FORCE + c]
-            )
+        add_up(forces[i])
     return forces
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER)
 def social_forces(
     states, radii, command, parameters, robots, at_walls, table, reach, most
 ):
-    """Returns the forces on n people, from one snapshot of all of them.
-
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        radii: Shape (n,), in meters.
-        command: Shape (n, COMMAND_SIZE).
-        parameters: Shape (n, 13): the fields of SocialForceParameters.
-        robots: Shape (m, 7): rows of `robot_states`.
-        at_walls: Shape (n, 2): see `Snapshot`.
-        table: `Obstacles.table`.
-        reach: Shapes farther than this are not felt, in meters.
-        most: How many shapes are felt at most; 0 for all within reach.
-
-    Returns:
-        Shape (n, FORCES_SIZE), in m/s^2.
-    """
+    """Returns the forces on n people, from one snapshot of all of them."""
     return _all_forces(
         *(states, radii, command, parameters, robots, at_walls),
         *(table, reach, most),
@@ -165,11 +129,7 @@ def social_forces(
     )
 
 
-@jit_as(
-    float64[:, ::1],
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, WALLS),
-    *(REAL, INTEGER, REAL),
-)
+@jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, REAL)
 def fast_social_forces(
     states,
     radii,
@@ -182,9 +142,9 @@ def fast_social_forces(
     most,
     error,
 ):
-    """Returns what `social_forces` does, by way of `people_forces`.
+    """Returns the forces like `social_forces`, but by `people_forces`.
 
-    The last argument is its error.
+    The last argument is the error of the latter.
     """
     people = people_forces(states, parameters, error)
     return _all_forces(
@@ -196,17 +156,10 @@ def fast_social_forces(
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, MATRIX, REAL)
 def advance(states, forces, command, time_step):
-    """Returns where n people are one step later (semi-implicit Euler).
+    """Returns the states of n people one step later (semi-implicit Euler).
 
-    Args:
-        states: Shape (n, 6): x, y, yaw, vx, vy, omega.
-        forces: Shape (n, FORCES_SIZE); the last two columns count.
-        command: Shape (n, COMMAND_SIZE).
-        time_step: In seconds.
-
-    Returns:
-        Shape (n, 6). The yaw follows the velocity, unless the command turns
-        it; a person who hardly moves keeps it.
+    Only the total of the forces counts. The yaw follows the velocity, unless
+    the command turns it; a person who hardly moves keeps it.
     """
     result = np.empty((len(states), MOTION_SIZE))
     for i in range(len(states)):

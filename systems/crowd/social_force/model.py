@@ -38,34 +38,34 @@ class SocialForceModel(MotionModel):
     """
 
     kernel: Literal["fast", "reference", "numpy", "hunavsim"] = "fast"
-    """What computes the forces: "fast" agrees with the others to rounding, and
-    in a crowd to `error_bound`; "reference" gives the numbers of the original
-    bit for bit; "numpy" needs no compiler. "hunavsim" has the rules of the form
-    that HuNavSim calls, too: see `hunavsim.py`. It is without epsilon."""
+    """Implementation of the forces: "fast" agrees with the others to rounding,
+    and in a crowd to `error_bound`; "reference" gives the numbers of the
+    original bit for bit; "numpy" needs no compiler. "hunavsim" has the rules of
+    the form that HuNavSim calls: see `hunavsim.py`. It is without epsilon."""
 
     error_bound: Annotated[StrictFloat, within(0, 1, "m/s^2")] = 1e-6
-    """From 48 people on, the fast kernel leaves out what adds up to less than
-    this for each person, in m/s^2; 0 leaves nothing out."""
+    """Bound of the sum of forces on a person that the fast kernel neglects,
+    from 48 people on, in m/s^2; 0 neglects nothing."""
 
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
-    """The time that people keep to whoever walks ahead of them, in seconds; 0
-    lets them run up, as in HuNavSim. The default fits measured speeds and
-    flows: docs/validation.md."""
+    """Time gap that people keep to the person ahead, in seconds; 0 is none, as
+    in HuNavSim. The default fits measured speeds and flows:
+    docs/validation.md."""
 
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
-    """What part of the speed of the one ahead they add to what the time gap
-    allows them. The default fits measurements, as above."""
+    """Share of the speed of the person ahead that is added to the speed that
+    the time gap allows. The default fits measurements, as above."""
 
     robot_obstacle_radius: Annotated[StrictFloat, within(0, 5, "m")] = 0.0
-    """By the kernel "hunavsim": the radius of a robot's body that pushes people
+    """With the kernel "hunavsim": radius of a robot's body that pushes people
     who do not react to it as a wall does, in meters; 0 for none. In Gazebo,
     hunav_gazebo_wrapper takes the nearest of all models for an obstacle, and
     leaves out people, but not robots."""
 
     measured_velocities: StrictBool = False
-    """Whether who stops has no velocity even by the kernel "hunavsim", which
-    keeps it for others to see. So it is in Gazebo, where hunav_gazebo_wrapper
-    takes velocities from how places change."""
+    """Whether people who stop have no velocity with the kernel "hunavsim",
+    which keeps it for others to see. In Gazebo they have none, as
+    hunav_gazebo_wrapper derives velocities from positions."""
 
     follows: ClassVar[bool] = True
 
@@ -76,15 +76,15 @@ class SocialForceModel(MotionModel):
         forces: Array
         if self.kernel == "fast":
             forces = kernel.fast_social_forces(
-                *_arguments(snapshot), self.error_bound
+                *snapshot.as_arguments, self.error_bound
             )
         elif self.kernel == "hunavsim":
             ordered, _, places = _in_turn(snapshot)
-            forces = hunavsim.social_forces(*_arguments(ordered))[places]
+            forces = hunavsim.social_forces(*ordered.as_arguments)[places]
             if self.robot_obstacle_radius > 0:
                 _add_pushes(forces, snapshot, self.robot_obstacle_radius)
         else:
-            forces = kernel.social_forces(*_arguments(snapshot))
+            forces = kernel.social_forces(*snapshot.as_arguments)
         return forces
 
     def advance(self, snapshot: Snapshot, forces: Array) -> Array:
@@ -95,7 +95,7 @@ class SocialForceModel(MotionModel):
         if self.kernel == "hunavsim":
             ordered, rows, places = _in_turn(snapshot)
             states = hunavsim.advance(
-                *_arguments(ordered), forces[rows], snapshot.time_step
+                *ordered.as_arguments, forces[rows], snapshot.time_step
             )[places]
             if self.measured_velocities:
                 stays = snapshot.command[:, Command.HOLD] == Hold.STAY
@@ -125,9 +125,7 @@ def _add_pushes(forces: Array, snapshot: Snapshot, radius: float) -> None:
 def _in_turn(snapshot: Snapshot) -> tuple[Snapshot, Any, Any]:
     """Returns a snapshot whose rows are in turn: see `Snapshot.turns`.
 
-    Returns:
-        The snapshot, which rows of the given one it has, and where in it those
-        of the given one are.
+    After it come its rows in the given one, and the given ones' rows in it.
     """
     rows = snapshot.turns
     if rows is None:
@@ -141,18 +139,3 @@ def _in_turn(snapshot: Snapshot) -> tuple[Snapshot, Any, Any]:
         turns=None,
     )
     return ordered, rows, np.argsort(rows)
-
-
-def _arguments(snapshot: Snapshot) -> tuple[Any, ...]:
-    """Returns what the compiled functions take."""
-    return (
-        snapshot.states,
-        snapshot.radii,
-        snapshot.command,
-        snapshot.parameters,
-        snapshot.robots,
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )

@@ -1,9 +1,9 @@
 """The forces of the social force model, as NumPy functions of arrays.
 
-Every function broadcasts, and takes and returns the x and y of vectors apart.
-Positions in meters, velocities in m/s, both in W; the forces are accelerations,
-in m/s^2. No finite input gives a NaN: each function says what it gives where
-the formula has no value.
+Every function broadcasts, and takes and returns the x and y of vectors
+separately. Positions in meters, velocities in m/s, both in W; the forces are
+accelerations, in m/s^2. No finite input gives a NaN: each function states its
+value where the formula has none.
 
 The arrays may be of floats, or of scalars that carry derivatives, as Drake's
 `AutoDiffXd`: arrays of objects that know `exp()`, `sqrt()`, `arctan2()` and
@@ -60,7 +60,7 @@ def goal_force(
 def pair_force(
     dx: Array, dy: Array, dvx: Array, dvy: Array, parameters: Parameters
 ) -> tuple[Array, Array]:
-    """Returns the social force of another, (dx, dy) from here.
+    """Returns the social force of another person, (dx, dy) from here.
 
     Moussaid et al. 2009, eqs. 4-6, as `lightsfm` has it. (dvx, dvy) is the own
     velocity minus the other's; the radii do not enter. It is zero where the two
@@ -88,9 +88,9 @@ def hunavsim_pair_force(
     """Returns the social force as the evaluator of HuNavSim computes it.
 
     The angle between the direction to the other and that of the interaction is
-    taken with the arguments of one arctangent mixed up (`sfm.py` of
-    hunav_evaluator, since 2023-03), so it depends on how the world is turned.
-    The arguments are those of `pair_force`, without epsilon.
+    computed with the arguments of one arctangent swapped (`sfm.py` of
+    hunav_evaluator, since 2023-03), so it depends on the orientation of the
+    world. The arguments are those of `pair_force`, without epsilon.
     """
     k = parameters
     r, nx, ny = direction(dx, dy)

@@ -1,8 +1,8 @@
 """One step of the social force model in plain NumPy, for floats or AutoDiff.
 
-The same numbers as those of `kernel.py`, to rounding, over all pairs at once.
-Arrays over pairs have a column for each person who feels a force, and a row
-for whom or what it comes from: so sums run in the order of the rows.
+It gives the numbers of `kernel.py`, to rounding, over all pairs at once.
+Arrays over pairs have a column for each person on whom a force acts, and a row
+for each of its sources, so that sums run in the order of the rows.
 """
 
 from types import SimpleNamespace
@@ -38,8 +38,8 @@ from hunav_drake.systems.crowd.social_force.numpy_forces import (
 )
 from hunav_drake.systems.people.parameters import PARAMETERS
 
-# How many pairs are computed at once. Larger arrays would be fresh memory from
-# the system each time, which costs more than what is computed.
+# The number of pairs that are computed at once. Larger arrays would be fresh
+# memory from the system each time, which costs more than the computation.
 _PAIRS = 2**13
 
 
@@ -61,7 +61,7 @@ def social_forces(snapshot: Snapshot) -> Array:
 
 
 def advance(snapshot: Snapshot, forces: Array) -> Array:
-    """Returns where n people are one step later: see `kernel.advance`."""
+    """Returns the states of n people one step later: see `kernel.advance`."""
     states, command = snapshot.states, snapshot.command
     time_step = snapshot.time_step
     moving = values(command[:, Command.HOLD]) == 0
@@ -136,7 +136,7 @@ def _forces_on(who: slice, snapshot: Snapshot, groups: Array) -> Array:
 
 
 class _Person:
-    """The people who feel the forces, each quantity of shape (k,)."""
+    """The people on whom the forces act, each quantity of shape (k,)."""
 
     def __init__(self, who: slice, snapshot: Snapshot) -> None:
         states = snapshot.states[who]
@@ -151,7 +151,7 @@ class _Person:
 
 
 def _people(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
-    """Returns the sum over people and the robots that are taken for them."""
+    """Returns the sum over people and robots that count as people."""
     others = snapshot.states[:, [X, Y, VX, VY]]
     strength = np.broadcast_to(me.k.social_factor, (len(others), len(me.x)))
     if len(snapshot.robots):
@@ -162,7 +162,7 @@ def _people(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
             [strength, np.tile(seen, (len(snapshot.robots), 1))]
         )
     x, y, vx, vy = others.T[:, :, None]
-    # Nobody is apart from oneself, so that force is zero.
+    # The distance to oneself is zero, and so is that force.
     fx, fy = pair_force(
         x - me.x,
         y - me.y,
@@ -178,8 +178,8 @@ def _walls(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
     shapes = first[:-1][first[1:] > first[:-1]]
     if not len(shapes):
         return me.x * 0.0, me.y * 0.0
-    # Which segments are near is decided on plain numbers; then the distance to
-    # those alone is computed, with its derivatives.
+    # The near segments are found with plain numbers; then only the distances to
+    # those are computed, with their derivatives.
     d2 = _offsets(values(me.x), values(me.y), segments[:, None, :])[2]
     nearest = np.minimum.reduceat(d2, shapes)
     rows = np.arange(len(segments))[:, None]
@@ -209,7 +209,7 @@ def _walls(me: _Person, snapshot: Snapshot) -> tuple[Array, Array]:
 
 
 def _offsets(x: Array, y: Array, segments: Array) -> tuple[Array, Array, Array]:
-    """Returns where points are from segments, and the squared distance."""
+    """Returns the offsets of points from segments, and the squared distance."""
     sx, sy = segments[..., 0], segments[..., 1]
     ax, ay = segments[..., 2] - sx, segments[..., 3] - sy
     length2 = ax * ax + ay * ay
@@ -220,7 +220,7 @@ def _offsets(x: Array, y: Array, segments: Array) -> tuple[Array, Array, Array]:
 
 
 def _robots(me: _Person, robots: Array) -> tuple[Any, Any]:
-    """Returns the forces of robots taken for obstacles, and the extra push."""
+    """Returns the forces of robots that are obstacles, and the extra push."""
     x, y = robots.T[[X, Y], :, None]
     distance, nx, ny = direction(me.x - x, me.y - y)
     role = values(me.command[:, Command.ROBOT_ROLE])
@@ -228,7 +228,7 @@ def _robots(me: _Person, robots: Array) -> tuple[Any, Any]:
     force = obstacle_force(me.x - x, me.y - y, me.radius, me.k)
     obstacle = [(f * is_obstacle).sum(axis=0) for f in force]
 
-    # People on the very center of a robot do not know where to flee from it.
+    # People on the very center of a robot are not pushed.
     known = values(distance)
     index = np.argmin(np.where(known > 0, known, np.inf), axis=0)
     column = np.arange(len(me.x))

@@ -1,1 +1,1 @@
-"""How walls lead people, and keep them out."""
+"""The guidance of people by walls, and their contact with walls."""

@@ -1,8 +1,8 @@
 """The walls beside the next steps of a person, compiled by numba.
 
-Passages are looked for at STEPS places on the way to the next waypoint. For
-each wall segment, all places are computed at once, which processors do fast.
-What a bound leaves out never changes a result, not even its last bit.
+Passages are searched at STEPS places on the way to the next waypoint. For each
+wall segment, all places are computed at once, which is fast. The bounds skip
+only what cannot change a result, not even its last bit.
 """
 
 import math
@@ -17,27 +17,26 @@ from hunav_drake.systems.people.parameters import SIGMA
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.walls import out_of_box, runs_in
 
-# How far ahead people look for passages, in meters.
+# The distance ahead in which people look for passages, in meters.
 AHEAD = 1.5
 
-# How wide the widest passage is, in meters. Farther walls hardly push.
+# The width of the widest passage, in meters. Farther walls hardly push.
 WIDEST = 2.0
 
-# At how many places ahead passages are looked for.
+# The number of places ahead at which passages are searched.
 STEPS = 16
 
-# More than what rounding makes of lengths, in meters, and of forces, in m/s^2.
+# More than the rounding of lengths, in meters, and of forces, in m/s^2.
 _HAIR = 1e-9
 
 
 @jit
 def way_ahead(x, y, command):
-    """Returns where a person goes next.
+    """Returns the way of a person to the next waypoint.
 
-    Returns:
-        Whether the person goes anywhere; the direction (ex, ey) of the next
-        waypoint; how far ahead to look for passages; and the distance of the
-        waypoint, in meters.
+    It is whether the person goes anywhere; the direction (ex, ey) of the next
+    waypoint; the distance ahead in which to look for passages; and the distance
+    of the waypoint, in meters.
     """
     ex = command[Command.GOAL_X] - x
     ey = command[Command.GOAL_Y] - y
@@ -48,7 +47,7 @@ def way_ahead(x, y, command):
         or command[Command.DESIRED_SPEED] <= 0
     ):
         return False, 0.0, 0.0, 0.0, distance
-    # People stop at goals; of waypoints, they go on.
+    # People stop at goals, but walk on at waypoints.
     ahead = AHEAD
     if command[Command.GOAL_RADIUS] > 0:
         ahead = min(distance, AHEAD)
@@ -75,13 +74,11 @@ def places_ahead(x, y, ex, ey, ahead):
 def walls_beside(x, y, ex, ey, ahead, walls):
     """Returns the segments that may be within WIDEST of a way.
 
-    The arguments are those of `places_ahead`, and `Walls`.
-
-    Returns:
-        Arrays (n,): the segments, in the order of their shapes; these shapes;
-        how far a segment is at least on the left of the way, or, negative, on
-        the right, or 0 for one that may be on both sides; and less than its
-        distance from all places, in meters.
+    The arguments are those of `places_ahead`, and `Walls`. The results are
+    arrays (n,): the segments, in the order of their shapes; these shapes; the
+    least distance of a segment on the left of the way, negative on the right, 0
+    if it may be on both sides; and less than its distance from all places, in
+    meters.
     """
     qx = x + ahead * ex
     qy = y + ahead * ey
@@ -143,21 +140,12 @@ def _offsets(px, py, segments, s, dx, dy, d2):
 
 @jit
 def _widths_of_side(px, py, ex, ey, sign, limits, beside, walls):
-    """Returns how far the walls of one side seem at each place.
+    """Returns the apparent distances (STEPS,) of the walls on one side.
 
-    Args:
-        px: Shape (STEPS,), from `places_ahead`, as is `py`.
-        py: See there.
-        ex: The direction of the way.
-        ey: See there.
-        sign: 1 for the left side, -1 for the right.
-        limits: Shape (STEPS,): what is farther than this does not count, in
-            meters. It changes.
-        beside: From `walls_beside`.
-        walls: The walls.
-
-    Returns:
-        Shape (STEPS,), infinite where nothing counts: see `passage_width`.
+    The places px, py are from `places_ahead`, on a way in the direction (ex,
+    ey); `sign` is 1 for its left side, -1 for its right. Walls beyond `limits`
+    (STEPS,), which change, do not count; `beside` is from `walls_beside`. The
+    result is infinite where nothing counts: see `passage_width`.
     """
     near, _, left, least = beside
     dx = np.empty(STEPS)
@@ -184,12 +172,12 @@ def _widths_of_side(px, py, ex, ey, sign, limits, beside, walls):
 
 @jit
 def passage_width(px, py, ex, ey, beside, walls):
-    """Returns how wide the way of a person is, in meters.
+    """Returns the width of the way of a person, in meters.
 
     It is the least sum of the distances to walls on the left and on the right
     of a place; infinite, or at least WIDEST, where there is no passage. Walls
-    rather ahead or behind than beside are farther than they are, so that it
-    changes continuously when somebody moves or turns.
+    ahead or behind, rather than beside, count as farther, so that the width
+    changes continuously when a person moves or turns.
 
     The arguments are those of `_widths_of_side`.
     """
@@ -213,12 +201,10 @@ def passage_width(px, py, ex, ey, beside, walls):
 
 @jit
 def offsets_of_shapes(px, py, beside, walls):
-    """Returns where the nearest points of the shapes beside a way are.
+    """Returns the offsets from the nearest points of the shapes beside a way.
 
-    Returns:
-        Shape (3, k, STEPS): x and y of a place minus those of the nearest
-        point, and the squared distance. It is exact where it is below that of
-        WIDEST.
+    They have the shape (3, k, STEPS): x and y of a place minus those of the
+    nearest point, and the squared distance, exact where below that of WIDEST.
     """
     near, shapes, _, _ = beside
     dx = np.empty(STEPS)
@@ -242,21 +228,13 @@ def offsets_of_shapes(px, py, beside, walls):
 
 @jit
 def push_back(px, py, ex, ey, own, k, pull, felt, found):
-    """Returns the most that walls push back on a way, if above the pull.
+    """Returns the largest force of walls back along a way, if above the pull.
 
-    Else it is any number up to the pull, in m/s^2. The force is asked for only
-    where what is near might push as much.
-
-    Args:
-        px: Shape (STEPS,), from `places_ahead`, as is `py`.
-        py: See there.
-        ex: The direction of the way.
-        ey: See there.
-        own: The radius and the obstacle factor of the person.
-        k: The parameters of the person.
-        pull: In m/s^2.
-        felt: The walls, how far they are felt, and how many.
-        found: From `offsets_of_shapes`.
+    Else it is any number up to the pull, in m/s^2. The force is computed only
+    where the walls nearby might push as much. `own` is the radius and the
+    obstacle factor of the person, `k` the parameters, `felt` the walls, their
+    range, and their largest number; `found` is from `offsets_of_shapes`, the
+    others are as for `_widths_of_side`.
     """
     walls, reach, most = felt
     radius, factor = own

@@ -1,8 +1,8 @@
 """Keeps people out of walls, compiled by numba.
 
 Forces push people away from walls, but a step is finite: a crowd can push
-someone through one, and a long step can jump over it. Here the way of a step
-is followed continuously to where it meets a wall, and goes on along the wall.
+people through one, and a long step can jump over it. Here the path of a step
+is followed continuously until it meets a wall, and goes on along the wall.
 """
 
 import math
@@ -27,18 +27,18 @@ from hunav_drake.systems.world.sweep import (
     nearest_free,
     path_distance,
 )
-from hunav_drake.systems.world.walls import opened, out_of_box, runs_in
+from hunav_drake.systems.world.walls import opened, out_of_box, segments_in
 
-# How far bodies may reach into walls, in meters, which they lean on.
+# The depth to which bodies may reach into walls, in meters: they lean on them.
 LEANING = 0.01
 
-# No body is so small that its center comes nearer than this, in meters.
+# The least margin of a body, however small it is, in meters.
 LEAST_MARGIN = 0.01
 
 # A center nearer to a wall than this stands on it, in meters.
 _SKIN = 1e-6
 
-# How often a step may change its direction.
+# The largest number of parts of a step with different directions.
 _LEGS = 6
 
 # Rounding of directions.
@@ -46,14 +46,11 @@ _TILT = 1e-12
 
 
 def wall_margins(bodies: ArrayLike) -> Array:
-    """Returns how far from walls centers of bodies are kept, in meters.
+    """Returns the distances (n,) that centers of bodies keep from walls.
 
-    It is the radius of the body but for 1 cm. Larger ones than of 0.3 m, for
-    which there are ways through doors of 0.7 m, are kept off like those: who is
-    so large turns sideways.
-
-    Args:
-        bodies: Shape (n,), their radii, in meters.
+    They are the radii minus 1 cm, in meters. Radii above 0.3 m, with which
+    there are ways through doors of 0.7 m, count as 0.3 m: larger people turn
+    sideways.
     """
     sizes = np.minimum(np.asarray(bodies, dtype=float), LARGEST_CLEARANCE)
     margins: Array = np.maximum(sizes - LEANING, LEAST_MARGIN)
@@ -95,7 +92,7 @@ def _contact(x, y, dx, dy, keep, segments, s):
             root = b * b - a * c
             if root >= 0:
                 best = min(best, c / (math.sqrt(root) - b))
-    # Only rounding leaves no solution, for somebody who touches already.
+    # Only rounding leaves no solution, for a person who touches already.
     return best if best < math.inf else 0.0
 
 
@@ -131,20 +128,15 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
     """Returns position and velocity after a displacement along walls."""
     reach = math.sqrt(dx * dx + dy * dy) + margin
     segments = walls.segments
-    runs = runs_in(x - reach, y - reach, x + reach, y + reach, walls)
-    most = 0
-    for i in range(len(runs)):
-        most += walls.runs[runs[i], 1] - walls.runs[runs[i], 0]
-    near = np.empty(most, dtype=np.int64)
-    keep = np.empty(most)
+    near = segments_in(x - reach, y - reach, x + reach, y + reach, walls)
+    keep = np.empty(len(near))
     m = 0
-    for i in range(len(runs)):
-        for s in range(walls.runs[runs[i], 0], walls.runs[runs[i], 1]):
-            if not out_of_box(x, y, x, y, reach, segments, s):
-                near[m] = s
-                # Whoever is nearer already comes no nearer.
-                keep[m] = min(margin, distance_to(x, y, segments, s))
-                m += 1
+    for s in near:
+        if not out_of_box(x, y, x, y, reach, segments, s):
+            near[m] = s
+            # A person who is nearer already comes no nearer.
+            keep[m] = min(margin, distance_to(x, y, segments, s))
+            m += 1
     normals = np.empty((m, 2))
     start_x = x
     start_y = y
@@ -194,7 +186,7 @@ def _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls):
 
 @jit
 def _touches(x, y, to_x, to_y, margin, tolerance, walls):
-    """Tells if one stands on a wall, and if a step from there meets one."""
+    """Returns whether one stands on a wall, and whether a step meets one."""
     segments = walls.segments
     stands = False
     meets = False
@@ -223,16 +215,17 @@ def _touches(x, y, to_x, to_y, margin, tolerance, walls):
 
 @jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, WALLS)
 def keep_out_of_walls(before, after, margins, table):
-    """Returns where people get to in a step without entering a wall.
+    """Returns the states of people after a step that enters no wall.
 
     The straight line from before to after comes no nearer to a wall than the
-    margin, or than the person was before. What would, goes as far as it can and
-    then along the wall: the part of the rest of the displacement that leads
-    into the wall is lost, and so is that part of the velocity. Nobody moves
-    farther or faster than proposed, and who meets no wall has exactly the state
-    proposed. The yaw is always as proposed: people look where they want to go.
+    margin, or than the person was before. A step that would goes as far as it
+    can and then along the wall: the part of the rest of the displacement that
+    leads into the wall is lost, and so is that part of the velocity. Nobody
+    moves farther or faster than proposed, and people who meet no wall have
+    exactly the proposed state. The yaw is always as proposed: people look where
+    they want to go.
 
-    Somebody inside a solid, or less than a micrometer from a wall, is put at
+    A person inside a solid, or less than a micrometer from a wall, is put at
     the margin (less where there is no room) in front of the nearest outline
     that leads out, at rest; or stays there, at rest, if nothing does.
 

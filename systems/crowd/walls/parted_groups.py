@@ -1,10 +1,10 @@
-"""Who of a group goes on without the others, compiled by numba.
+"""Lets members of a group go on without the others, compiled by numba.
 
-People of a group pull each other to their center. Where they walk to different
-places, or where some have arrived, that holds all of them in between. In front
-of a door that is too narrow for two, it holds both beside it; and behind a wall
-it pulls into the wall. So for as long as that lasts, they go as if they were
-alone, or with those who have the same way.
+People of a group pull each other to their center. If they walk to different
+places, or if some have arrived, that holds all of them in between. In front of
+a door that is too narrow for two, it holds both beside it; and behind a wall it
+pulls into the wall. For that time, they go as if they were alone, or with those
+who have the same way.
 """
 
 import math
@@ -30,17 +30,18 @@ from hunav_drake.systems.crowd.walls.beside import (
 from hunav_drake.systems.world.visibility_graph import sees
 from hunav_drake.systems.world.walls import opened
 
-# Who touches a wall is not behind it, in meters.
+# A person this near to a wall is not behind it, in meters.
 _TOUCH = 0.01
 
-# People walk together whose goals are so near to each other, in meters: the
-# pull of those who stand at theirs lets the others come to theirs. Or whose
-# directions differ by less than 60 degrees, while they are no farther apart.
+# People walk together if their goals are this near to each other, in meters
+# (the pull of those who stand at theirs lets the others come to theirs), or if
+# their directions differ by less than 60 degrees and they are this near to each
+# other, in meters.
 _SAME_PLACE = 1.0
 _SAME_WAY = 0.5
 _NEAR = 3.0
 
-# Numbers of groups begin here that no configuration has.
+# The numbers of groups from here on belong to no configuration.
 _NEW_GROUPS = 2.0**31
 
 
@@ -54,17 +55,13 @@ def _root(roots, i):
 
 @jit_as(float64[::1], MATRIX, MATRIX, MATRIX)
 def walking_groups(positions, command, guided):
-    """Returns with whom people (n,) walk: a number >= 0 for each group, or -1.
+    """Returns the groups (n,) of people who walk together: >= 0, or -1 alone.
 
-    Of each group those walk together who go to the same place, or who are near
-    each other and go in the same direction; and those who go with one of them.
-    Who stands goes nowhere. The first person of a group and those who walk
-    along keep its number.
-
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE), with the goals themselves.
-        guided: The same, with waypoints for goals.
+    Members of a group walk together if they go to the same place, or are near
+    each other and go in the same direction, also by way of other members.
+    People who stand go nowhere. The first person of a group and those who walk
+    along keep its number. Rows of positions are x, y, ..., in meters; `guided`
+    are the commands with waypoints for goals.
     """
     n = len(positions)
     result = command[:, Command.GROUP_ID].copy()
@@ -120,16 +117,11 @@ def walking_groups(positions, command, guided):
 
 @jit_as(numba.boolean[::1], MATRIX, MATRIX, VECTOR, WALLS)
 def parted(positions, command, radii, table):
-    """Tells who (n,) is in a group that walls part.
+    """Returns for each person (n,) whether walls separate it from its group.
 
     A wall is between them and the center of the group, or their way is, within
-    the next 1.5 m, narrower than they and the widest other one abreast.
-
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        radii: Shape (n,), in meters.
-        table: `Obstacles.table`.
+    the next 1.5 m, narrower than they and the widest other one abreast. Rows of
+    positions are x, y, ..., in meters; commands have waypoints for goals.
     """
     walls = opened(table)
     n = len(positions)

@@ -1,9 +1,9 @@
-"""How people get through narrow passages, compiled by numba.
+"""Lets people through narrow passages, compiled by numba.
 
-The walls of a door push back whoever wants to pass it: with the forces alone,
-nobody of 0.35 m radius passes one of 0.85 m, through which people of that size
-walk every day. Those who are about to pass between two walls therefore turn
-their shoulders, and mind the walls less.
+The walls of a door push back people who want to pass it: with the forces alone,
+nobody of 0.35 m radius passes one of 0.85 m, which people of that size pass
+every day. Therefore people who are about to pass between two walls turn their
+shoulders, and walls push them less.
 """
 
 import math
@@ -32,25 +32,25 @@ from hunav_drake.systems.crowd.walls.beside import (
 from hunav_drake.systems.people.parameters import K_GOAL, TAU
 from hunav_drake.systems.world.walls import opened
 
-# Of the widest, the part from which on people ease less and less.
+# The part of WIDEST from which on people ease less and less.
 _WIDE = 0.75
 
-# Of the narrowest way, the parts at which people begin to ease, and do so
-# wholly. (The map has said that there is a way, so this need not be sharp.)
+# The parts of the narrowest way at which people begin to ease, and do so
+# wholly. (The map has found a way, so this need not be sharp.)
 _NONE = 0.75
 _WHOLE = 0.9
 
-# Who would scrape a wall does not ease: from this distance on less and less,
+# People who would scrape a wall do not ease: below this distance less and less,
 # in meters, and at half of it not at all.
 _SCRAPE = 0.08
 
-# The part of the half width of a passage that a body turns itself to fill.
+# The part of the half width of a passage that a turned body fills.
 _FILLED = 0.9
 
-# No body turns itself thinner than this, in meters.
+# The least radius of a turned body, in meters.
 _THINNEST = 0.05
 
-# The most that walls ahead may push back, as a part of the pull of the goal.
+# The largest push of walls ahead, as a part of the pull of the goal.
 _SHARE = 0.7
 
 
@@ -62,10 +62,10 @@ def _rise(value, low, high):
 
 @jit
 def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
-    """Changes with what radius, and how hard, one person feels the walls.
+    """Changes the radius and the obstacle factor of one person at walls.
 
-    `own` and `result` are these two; `felt` is the walls, how far they are
-    felt, and how many: see `ease`.
+    `own` and `result` are these two; `felt` is the walls, their range, and
+    their largest number: see `ease`.
     """
     goes, ex, ey, ahead, distance = way_ahead(x, y, command)
     if not goes:
@@ -113,25 +113,18 @@ def ease(
     reach,
     most,
 ):
-    """Returns with what radii, and how hard, people feel the walls.
+    """Returns the radii and the obstacle factors of people at walls.
 
-    Somebody who walks between two walls, at most 2 m apart, has a body that
-    fills 90 % of the passage at most, and the push of walls so much weaker
+    A person who walks between two walls, at most 2 m apart, has a body that
+    fills 90 % of the passage at most, and the push of walls is so much weaker
     that, within the next 1.5 m of the way, it is nowhere more than 70 % of the
-    goal's pull. For everybody else, all is as it was. Between the two there is
-    no jump: it depends continuously on places and waypoints.
+    goal's pull. For all others nothing changes. There is no jump in between:
+    the result depends continuously on positions and waypoints.
 
-    Args:
-        positions: Shape (n, 2 or more): x, y, ..., in meters.
-        command: Shape (n, COMMAND_SIZE), with waypoints for goals.
-        at_walls: Shape (n, 2), as the result: the radii in meters, and the
-            obstacle factors in m/s^2, of the people.
-        parameters: As for `kernel.social_forces`, like the last three.
-        margin: What a model keeps between bodies and walls, in meters.
-        narrowest: Passages much narrower than this are none, in meters.
-        table: `Obstacles.table`.
-        reach: In meters.
-        most: How many shapes.
+    Rows of positions are x, y, ..., commands have waypoints for goals, and
+    `at_walls` are the own radii and factors. `margin` is the clearance of a
+    model between bodies and walls; passages much narrower than `narrowest` do
+    not count, both in meters.
     """
     walls = opened(table)
     eased = at_walls.copy()

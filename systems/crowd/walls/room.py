@@ -1,4 +1,4 @@
-"""Where the walls of a world lead people, and how they feel them."""
+"""The routes of people among the walls of a world, and their radii at walls."""
 
 import copy
 from typing import Any, Self
@@ -23,7 +23,7 @@ class Room:
     """Leads people around and between walls.
 
     Arrays may be of floats or of AutoDiffXd. Nothing here changes after the
-    construction, but for what is remembered about goals asked for before.
+    construction, except the cached routes.
     """
 
     def __init__(
@@ -34,15 +34,7 @@ class Room:
         *,
         margin: float = 0.0,
     ) -> None:
-        """Constructs a Room.
-
-        Args:
-            obstacles: The walls.
-            radii: Shape (n,), those of the people, in meters.
-            config: What it does, and how far walls are felt.
-            margin: What the model of motion keeps between bodies and walls,
-                in meters.
-        """
+        """Constructs a Room; `margin` is the model's wall clearance, in m."""
         walled = len(obstacles) > 0 and len(radii) > 0
         self._obstacles = obstacles
         self._radii = radii
@@ -56,21 +48,17 @@ class Room:
         )
 
     def of(self, rows: NDArray[np.intp]) -> Self:
-        """Returns the room as some of the people find it."""
+        """Returns the room for some of the people."""
         part = copy.copy(self)
         part._radii = self._radii[rows]
         return part
 
     def guide(self, states: Array, command: Array) -> Array:
-        """Returns what people do with their commands among walls.
+        """Returns the commands of people, adapted to the walls.
 
-        Their goals are the next waypoints, and who walks elsewhere than the
-        group, is parted from it, or goes through a door alone, is in no group:
-        see `parted_groups`.
-
-        Args:
-            states: Shape (n, 6).
-            command: Shape (n, COMMAND_SIZE).
+        Their goals are the next waypoints. People who walk elsewhere than
+        their group, are separated from it, or go through a door alone are in
+        no group: see `parted_groups`.
         """
         values = plain(command)
         grouped = bool((values[:, Command.GROUP_ID] >= 0).any())
@@ -98,24 +86,17 @@ class Room:
 
     @property
     def leads(self) -> bool:
-        """Whether it does anything: else commands and feelings stay."""
+        """Whether routes are planned: else `ease` has no effect."""
         return self._routes is not None
 
     def ease(
         self, states: Array, command: Array, parameters: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Returns with what radii, and how hard, people feel the walls.
+        """Returns the radii and obstacle factors of people at walls, (n, 2).
 
-        Those of their own, unless ways are planned and somebody is in a
-        narrow passage: see `passages.ease`. What is eased has no derivatives.
-
-        Args:
-            states: Shape (n, 6).
-            command: Shape (n, COMMAND_SIZE).
-            parameters: Shape (n, 13): the fields of SocialForceParameters.
-
-        Returns:
-            Shape (n, 2), in meters and m/s^2, read-only.
+        They are their own, unless routes are planned and a person is in a
+        narrow passage: see `passages.ease`. They are read-only, and have no
+        derivatives.
         """
         eased = np.empty((len(self._radii), 2))
         eased[:, 0] = self._radii

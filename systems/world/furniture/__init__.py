@@ -5,14 +5,19 @@ from hunav_drake.systems.world.furniture.base import (
     Furniture,
     register_furniture,
 )
-from hunav_drake.systems.world.furniture.seats import Bed, Bench, Chair, Sofa
-from hunav_drake.systems.world.furniture.tables import Counter, Desk, Table
-from hunav_drake.systems.world.furniture.upright import (
+from hunav_drake.systems.world.furniture.kinds import (
+    Bed,
+    Bench,
+    Chair,
+    Counter,
+    Desk,
     DoorFrame,
     Pallet,
     Pillar,
     Plant,
     Shelf,
+    Sofa,
+    Table,
 )
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What all kinds of furniture have, and the parts that they are made of."""
+"""The base of all kinds of furniture, and their parts."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -38,31 +38,31 @@ Piece = tuple[Array, float, float, str]
 @explain
 @dataclass(kw_only=True, config=CONFIG)
 class Furniture(ABC):
-    """What all kinds of furniture have.
+    """The common options of all kinds of furniture.
 
     In its own frame, whose origin is at `center`, furniture that has a front
     faces along +x.
     """
 
     name: Name = ""
-    """What it is called in messages and in the scene."""
+    """Name in messages and in the scene."""
 
     center: Point
-    """The middle of its footprint, in meters."""
+    """Center of the footprint, in meters."""
 
     yaw: Angle = 0.0
-    """The rotation about the vertical, in radians. At 0, what has a front (a
+    """Rotation about the vertical, in radians. At 0, furniture with a front (a
     seat, the side of a desk where one sits) faces along +x."""
 
     size: Extents = (0.5, 0.5)
-    """The full extents along its own x and y, in meters."""
+    """Full extents along its own x and y, in meters."""
 
     height: Height = 1.0
-    """How high it is, in meters."""
+    """Height, in meters."""
 
     @abstractmethod
     def pieces(self) -> Sequence[Piece]:
-        """Returns what it consists of, in its own frame, in meters."""
+        """Returns its pieces in its own frame, in meters."""
 
     def outlines(self) -> Sequence[Array]:
         """Returns its footprints in its own frame, each (k, 2), in meters."""
@@ -70,17 +70,17 @@ class Furniture(ABC):
         return [rectangle(-x, -y, x, y)]
 
     def footprints(self) -> list[Array]:
-        """Returns what one walks around, each (k, 2) in W, in meters."""
+        """Returns the outlines to walk around, each (k, 2) in W, in meters."""
         pose = (*self.center, self.yaw)
         return [turned(outline, pose) for outline in self.outlines()]
 
     def solids(self) -> list[Prism]:
-        """Returns what it consists of, in W."""
+        """Returns its solids in W."""
         pose = (*self.center, self.yaw)
         half = np.array(self.size) / 2
         result = []
         for outline, low, high, material in self.pieces():
-            # Where furniture is too small for a part, that is cut off.
+            # Parts for which furniture is too small are cut off.
             inner = np.clip(outline, -1.1 * half, 1.1 * half)
             low = max(low, 0.0)
             if np.ptp(inner, axis=0).min() > 0 and low < high:
@@ -99,7 +99,7 @@ def block(
     material: str,
 ) -> Piece:
     """Returns a box: (x0, y0, x1, y1), (low, high), in meters."""
-    # Where furniture is too small for a part, its sides change places.
+    # The sides of a part for which furniture is too small may be swapped.
     (x0, x1), (y0, y1) = sorted(box[::2]), sorted(box[1::2])
     return rectangle(x0, y0, x1, y1), *heights, material
 

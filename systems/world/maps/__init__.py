@@ -1,1 +1,1 @@
-"""Maps of cells: those that robots make, with the walls in them, and costs."""
+"""Maps of cells: occupancy maps, the walls in them, and costmaps."""

@@ -14,8 +14,8 @@ from hunav_drake.systems.world.maps.costs import (
     Costmap,
 )
 
-# As red, green, blue and alpha from 0 to 1: the range of graded costs, and what
-# stands for the others. What is free is not seen.
+# Red, green, blue and alpha from 0 to 1: the range of graded costs, and the
+# colors of the others. Free cells are transparent.
 _LEAST, _MOST = (0.99, 0.86, 0.45, 0.35), (0.80, 0.22, 0.18, 0.70)
 _INSCRIBED = (0.56, 0.09, 0.32, 0.75)
 _LETHAL = (0.18, 0.05, 0.28, 0.85)
@@ -26,8 +26,8 @@ _UNKNOWN = (0.45, 0.47, 0.50, 0.50)
 def cost_colors() -> NDArray[np.uint8]:
     """Returns the color of each cost.
 
-    From free, which is clear, over yellow to red; then purple for inscribed,
-    near black for lethal, and grey for unknown.
+    Free is transparent, graded costs are yellow to red, inscribed is purple,
+    lethal near black, and unknown grey.
 
     Returns:
         Shape (256, 4), read-only: red, green, blue and alpha, 0 to 255.
@@ -47,8 +47,8 @@ def cost_colors() -> NDArray[np.uint8]:
 def costmap_picture(costmap: Costmap) -> Image.Image:
     """Returns a map as a picture with a pixel per cell, and +y up.
 
-    Free cells at its edge have the color of unknown ones, so that one sees
-    where the map ends.
+    Free cells at its edge have the color of unknown ones, which shows where
+    the map ends.
     """
     costs = costmap.costs[::-1].copy()
     edge = np.ones(costs.shape, dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Costmaps: maps of what cells cost, as Nav2's costmap_2d has them."""
+"""Costmaps: the costs of cells, as in Nav2's costmap_2d."""
 
 import math
 from typing import NamedTuple
@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 
 Costs = NDArray[np.uint8]
 
-# What a cell holds: how bad it is to have the middle of the robot there.
+# The costs of the center of the robot in a cell.
 FREE = 0
-# The robot touches something whichever way it is turned.
+# The robot touches an obstacle at any heading.
 INSCRIBED = 253
-# Something stands in the cell.
+# The cell is occupied.
 LETHAL = 254
 UNKNOWN = 255
 
-# The most cells of a map: its distances take 200 MB while it is made.
+# The largest number of cells of a map: its distances take 200 MB.
 MOST_CELLS = 25_000_000
 
 
@@ -35,7 +35,7 @@ class Costmap(NamedTuple):
     resolution: float
 
     def cell_at(self, x: float, y: float) -> tuple[int, int]:
-        """Returns the cell (row, column) that a point in W is in.
+        """Returns the cell (row, column) of a point in W.
 
         It need not be on the map.
         """
@@ -45,7 +45,7 @@ class Costmap(NamedTuple):
         )
 
     def center_of(self, row: int, column: int) -> tuple[float, float]:
-        """Returns the middle (x, y) of a cell, in W, in meters."""
+        """Returns the center (x, y) of a cell, in W, in meters."""
         return (
             self.origin[0] + (column + 0.5) * self.resolution,
             self.origin[1] + (row + 0.5) * self.resolution,
@@ -63,23 +63,23 @@ class Costmap(NamedTuple):
 _NO_COSTS: Costs = np.zeros((0, 0), dtype=np.uint8)
 _NO_COSTS.setflags(write=False)
 
-# A map without cells: that of who has none.
+# A map without cells, for systems without a map.
 NO_MAP = Costmap(_NO_COSTS, (0.0, 0.0), 1.0)
 
 
 class Region(NamedTuple):
     """A part of the lattice that all maps of one resolution share.
 
-    The middle of cell (i, j) of the lattice is at ``resolution * (j, i)``, in
+    The center of cell (i, j) of the lattice is at ``resolution * (j, i)``, in
     W. So maps of one resolution are parts of each other, and those that move
-    with a robot move by whole cells. Ways on a map that is twice as coarse lie
-    on middles of cells, not on edges, where rounding would choose the side.
+    with a robot move by whole cells. Paths on a map that is twice as coarse lie
+    on centers of cells, not on edges, where rounding would choose the side.
 
     Attributes:
         row: The first row.
         column: The first column.
-        rows: How many rows there are.
-        columns: How many columns there are.
+        rows: The number of rows.
+        columns: The number of columns.
         resolution: The side of a cell, in meters.
     """
 
@@ -103,13 +103,9 @@ class Region(NamedTuple):
 
 
 def region_around(x: float, y: float, side: float, resolution: float) -> Region:
-    """Returns a square region with a point in the middle, to half a cell.
+    """Returns a square region centered on a point in W, to half a cell.
 
-    Args:
-        x: The point, in W, in meters.
-        y: The same along the other axis.
-        side: The side of the square, in meters.
-        resolution: The side of a cell, in meters.
+    The sides of the square and of a cell are in meters.
     """
     cells = max(1, round(side / resolution))
     half = 0.5 * cells * resolution
@@ -125,7 +121,7 @@ def region_around(x: float, y: float, side: float, resolution: float) -> Region:
 def region_of(
     low: tuple[float, float], high: tuple[float, float], resolution: float
 ) -> Region:
-    """Returns the least region that covers a rectangle.
+    """Returns the smallest region that covers a rectangle.
 
     Args:
         low: The lower left corner (x, y), in W, in meters.

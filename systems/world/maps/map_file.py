@@ -1,7 +1,7 @@
-"""Reads maps of ROS 2's map_server: which cells are occupied, which free.
+"""Reads maps of ROS 2's map_server: the occupied and the free cells.
 
-A map is a YAML file with the name of an image, the size of its cells and
-where its lower left corner is; and the image, in which dark is occupied. The
+A map is a YAML file with the name of an image, the size of its cells and the
+position of its lower left corner; and the image, in which dark is occupied. The
 rules are those of nav2_map_server ("Map Server", https://docs.nav2.org).
 """
 
@@ -22,15 +22,15 @@ from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.world.maps.outlines import outlines
 from hunav_drake.systems.world.solids import WorldFileError, turned
 
-# A map with more cells than this is not looked at: 250 m x 250 m of 5 cm.
+# The largest number of cells of a map: 250 m x 250 m in cells of 5 cm.
 MAX_CELLS = 25_000_000
 
-# A YAML file with more bytes is none of a map.
+# The largest size of the YAML file of a map, in bytes.
 _MAX_BYTES = 100_000
 
 _MODES = ("trinary", "scale", "raw")
 
-# What map_server reads; multi_map_server knows a map by its `map_id`.
+# The keys of map_server; multi_map_server knows a map by its `map_id`.
 _KEYS = (
     *("image", "resolution", "origin", "negate", "occupied_thresh"),
     *("free_thresh", "mode", "map_id"),
@@ -43,12 +43,12 @@ class MapError(WorldFileError):
 
 @dataclass(frozen=True, eq=False)
 class CellMap:
-    """A grid of cells that are occupied, free, or neither: not known.
+    """A grid of cells that are occupied, free, or unknown.
 
     Attributes:
         occupied: Shape (rows, columns), from the lowest row up.
         free: Likewise.
-        resolution: The length of a side of a cell, in meters.
+        resolution: The side of a cell, in meters.
         origin: The pose (x, y, yaw) in W of the outer corner of the first
             cell, in meters and radians; columns go along its x.
     """
@@ -62,16 +62,15 @@ class CellMap:
 def read_map(filename: str | Path) -> CellMap:
     """Reads the cells of a map.
 
-    The modes "trinary" and "scale" tell the same about what is occupied (more
-    than `occupied_thresh`) and what is free (less than `free_thresh`); in the
-    mode "raw", pixels are occupancies in percent. Transparent pixels are not
-    known.
+    The modes "trinary" and "scale" give the same occupied cells (more than
+    `occupied_thresh`) and free cells (less than `free_thresh`); in the mode
+    "raw", pixels are occupancies in percent. Transparent pixels are unknown.
 
     Args:
         filename: The YAML file of the map.
 
     Raises:
-        MapError: If a file cannot be read, or is no map.
+        MapError: If a file cannot be read, or is not a map.
     """
     path = Path(filename)
     settings = _settings(path)
@@ -88,10 +87,10 @@ def read_map(filename: str | Path) -> CellMap:
 def map_outlines(filename: str | Path) -> tuple[Array, ...]:
     """Returns polygons around the occupied cells of a map, in W, in meters.
 
-    They are kept for the maps read last, as long as the files do not change.
+    Those of the maps read last are cached, as long as the files do not change.
 
     Raises:
-        MapError: If a file cannot be read, or is no map.
+        MapError: If a file cannot be read, or is not a map.
     """
     path = Path(filename).absolute()
     stamps = []
@@ -179,7 +178,7 @@ def _origin(path: Path, value: Any) -> tuple[float, float, float]:
 
 
 def _thresholds(path: Path, settings: dict[str, Any]) -> tuple[float, float]:
-    """Returns how occupied a cell is at least, and at most if it is free."""
+    """Returns the thresholds of occupied and of free cells."""
     occupied = _number(path, settings, "occupied_thresh", 0.65)
     free = _number(path, settings, "free_thresh", min(0.25, occupied))
     if not 0 <= free <= occupied <= 1:
@@ -191,7 +190,7 @@ def _thresholds(path: Path, settings: dict[str, Any]) -> tuple[float, float]:
 
 
 def _cells(path: Path, settings: dict[str, Any]) -> tuple[Mask, Mask]:
-    """Returns which cells are occupied, and which free, from the lowest up."""
+    """Returns the occupied and the free cells, from the lowest row up."""
     threshold, free_threshold = _thresholds(path, settings)
     mode = settings.get("mode", "trinary")
     if mode not in _MODES:
@@ -205,7 +204,7 @@ def _cells(path: Path, settings: dict[str, Any]) -> tuple[Mask, Mask]:
     if not isinstance(name, str) or not name:
         raise MapError(f"{path}: image must be the name of a file")
     gray, known, top = _pixels(path.parent / name)
-    # What a pixel means, for each of its values.
+    # The occupancy of each pixel value.
     levels = np.arange(top + 1)
     if mode == "raw":
         occupancy = np.where(levels <= 100, levels / 100, np.nan)
@@ -220,7 +219,7 @@ def _pixels(path: Path) -> tuple[np.ndarray, Mask, int]:
     """Returns gray values, which pixels are opaque, and the white value."""
     try:
         with warnings.catch_warnings():
-            # Sizes are judged here, before anything is decoded.
+            # Sizes are checked here, before anything is decoded.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             opened = Image.open(path)
         with opened:

@@ -1,7 +1,7 @@
-"""Outlines of cells: few polygons around those of a grid that are occupied.
+"""Outlines of cells: few polygons around the occupied cells of a grid.
 
 Lines that a grid draws as stairs become straight again. Along a straight line
-all steps of a grid are one cell high, and their middles lie on the line; so
+all steps of a grid are one cell high, and their centers lie on the line; so
 the outline goes through points on the steps instead of around their corners.
 """
 
@@ -15,21 +15,22 @@ import shapely
 
 from hunav_drake.systems.common.arrays import Array, Mask
 
-# Where a step is passed: this part of it is cut off its corner that sticks
-# out. A little less than the half, so that centers of cells stay inside.
+# The part of a step that is cut off its convex corner: a little less than half,
+# so that centers of cells stay inside.
 _CUT = 0.45
 
-# How far a corner of a cell may be outside of an outline, and inside, in
-# cells. With less than half a cell, the centers of occupied cells stay inside.
+# The largest distances of a corner of a cell outside of an outline, and inside,
+# in cells. With less than half a cell, the centers of occupied cells stay
+# inside.
 _LOST = 0.47
 _GAINED = 0.63
 
-# How far a vertex may be from the line of its neighbors to be left out, in
-# cells.
+# The largest distance from the line of its neighbors of a vertex that is left
+# out, in cells.
 _STRAIGHT = 0.02
 
-# The most sides of occupied cells that are looked at: those of a hall of 1 km
-# with shelves, in cells of 5 cm.
+# The largest number of sides of occupied cells: those of a hall of 1 km with
+# shelves, in cells of 5 cm.
 MAX_SIDES = 1_000_000
 
 # The directions of sides, with the cells on their left: +x, +y, -x, -y.
@@ -41,7 +42,7 @@ _LEFT = ((0, 0), (-1, 0), (-1, -1), (0, -1))
 def outlines(occupied: Mask) -> list[Array]:
     """Returns polygons around the occupied cells of a grid.
 
-    Cells that touch, if only by a corner, are in one solid. The outlines are
+    Cells that touch, even only by a corner, are in one solid. The outlines are
     less than 0.7 cells from those of the cells, mostly less than half a cell;
     the centers of occupied cells are inside, those of free cells next to no
     occupied one are outside.
@@ -122,8 +123,9 @@ def _rings(occupied: Mask) -> Iterator[tuple[Array, tuple[int, int]]]:
 def _smooth(ring: Array) -> tuple[Array, Array]:
     """Returns a ring (k, 2) of sides along the grid without its stairs.
 
-    With its points come their places (n,) along the ring: a corner is at its
-    number, a point on the side behind it between that and the next one.
+    The second result is the positions (n,) of its points along the ring: a
+    corner is at its number, a point on the side after it between this and the
+    next one.
     """
     ahead = np.roll(ring, -1, axis=0) - ring
     before = np.roll(ahead, 1, axis=0)
@@ -141,10 +143,10 @@ def _straight(ring: Array) -> Array:
     """Returns a ring (k, 2) of sides along the grid with few corners.
 
     From one point of the smooth ring, it goes straight to the farthest one for
-    which no corner of the ring is left too far aside; and so on.
+    which no corner of the ring is too far aside; and so on.
     """
     points, places = _smooth(ring)
-    # A corner that stays is a good beginning.
+    # A corner that stays is a good start.
     first = int(np.argmax(places == places.round()))
     points = np.roll(points, -first, axis=0)
     places = np.roll(places, -first)
@@ -160,7 +162,7 @@ def _straight(ring: Array) -> Array:
         between = corners[low:high] - points[i]
         if length == 0:
             return False
-        # How far they are to the right, where it is free.
+        # Their distances to the right, where it is free.
         right = (between[:, 0] * along[1] - between[:, 1] * along[0]) / length
         ahead = (between * along).sum(axis=1) / length
         return bool(
@@ -190,7 +192,7 @@ def _polygons(rings: list[Array]) -> list[shapely.Polygon]:
     """Returns the polygons of one solid, given its rings."""
     outer = next(i for i, ring in enumerate(rings) if _area(ring) > 0)
     rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
-    # What is too small to be straightened stays as it is.
+    # Rings that are too small to be straightened stay as they are.
     outlines = [
         line if len(line := _straight(ring)) > 2 else ring for ring in rings
     ]
@@ -226,8 +228,8 @@ def _without_holes(polygon: shapely.Polygon) -> Iterator[Array]:
 def _halves(polygon: shapely.Polygon) -> NDArray[np.object_]:
     """Cuts a polygon straight through its largest hole.
 
-    Of the cuts along x and y through the middle of the hole, the one counts
-    that is shorter within the polygon.
+    It cuts along x or y through the center of the hole, where the cut within
+    the polygon is shorter.
     """
     hole = max(polygon.interiors, key=lambda it: shapely.Polygon(it).area)
     x0, y0, x1, y1 = hole.bounds

@@ -46,7 +46,7 @@ def test_show_tells_the_ports(hunav):
     lines = out.splitlines()
     row = next(i for i, line in enumerate(lines) if "speed_distance  " in line)
     assert lines[row].split() == ["speed_distance", "10.0", "m"]
-    words = "CuriousNav: It comes at speed at the distance speed_distance,"
+    words = "CuriousNav: The person comes at speed at the distance"
     assert words in lines[row + 1]
 
 

@@ -248,7 +248,7 @@ def test_every_step_is_that_of_the_original(name):
         assert expected is None or active[:, i].sum() == expected
 
 
-# How long a timer of 30 s or 40 s lasts in steps of 0.05 s.
+# The duration of a timer of 30 s or 40 s in steps of 0.05 s.
 ACTIVE_TICKS = {
     ("crowd/12_curious_pass", 5): 599,
     ("crowd/19_curious_timer30", 5): 599,

@@ -28,7 +28,7 @@ WALK = """
 </root>
 """
 
-# What ports have in HuNavSim.
+# The values of ports in HuNavSim.
 ORIGINAL = {
     "memory": 0.0,
     "track": False,

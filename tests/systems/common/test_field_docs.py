@@ -21,7 +21,7 @@ from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.systems.people.population_config import AgeBand
 from hunav_drake.systems.planning.planner import PlannerStatus
 
-# How units are said in sentences, besides by their signs.
+# The words of units in sentences, besides their signs.
 WORDS = {
     "m": "meters",
     "rad": "radians",
@@ -124,11 +124,11 @@ def test_help_of_a_configuration():
         "class AgeBand(builtins.object)",
         " |  AgeBand(*, low: float, high: float, weight: float = 1.0)",
         " |",
-        " |  A share of people, of ages that are drawn evenly.",
+        " |  A share of people with uniformly distributed ages.",
         " |",
         " |  Attributes:",
-        " |      low: The lowest age of the band, in years.",
-        " |      high: The highest age of the band, in years.",
+        " |      low: Lowest age of the band, in years.",
+        " |      high: Highest age of the band, in years.",
     ]
 
 

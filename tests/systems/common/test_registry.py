@@ -65,7 +65,7 @@ def test_a_cell_may_be_run_again(dut):
     old = dut.register("broad")(make_choice())
     dut.register("broad")(make_choice(result=7.0))
     assert dut.make("broad").paint() == 7.0
-    # What was made before still has its name.
+    # Choices made before still have their name.
     assert name_of(old()) == "broad"
 
 

@@ -1,4 +1,4 @@
-"""What a message says of a word that is not known."""
+"""Messages about an unknown word."""
 
 import pytest
 

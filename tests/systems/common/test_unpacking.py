@@ -1,4 +1,4 @@
-"""What is packed is read up to a limit, and in one place."""
+"""Packed files are read up to a limit, and in one place."""
 
 import ast
 import gzip
@@ -20,7 +20,7 @@ from hunav_drake.systems.common.files import (
 )
 from tests.architecture import modules, tree
 
-# What unpacks files of others, wherever it is called from.
+# The functions that unpack foreign files, wherever they are called.
 PACKERS = {
     *("bz2", "compression", "gzip", "lzma", "tarfile", "zipfile", "zstandard")
 }

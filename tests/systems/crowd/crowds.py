@@ -84,13 +84,13 @@ def random_snapshot(
     """Returns a snapshot of n people in all moods, and m robots.
 
     Args:
-        rng: What draws.
-        n: How many people.
-        m: How many robots.
+        rng: The random generator.
+        n: The number of people.
+        m: The number of robots.
         walls: The obstacles.
-        spread: How far from the origin they are: its deviation, in meters.
+        spread: The deviation of their distances from the origin, in meters.
         epsilon: Of the social force; drawn for each, by default.
-        most: How many obstacles are felt: 0 means all.
+        most: The largest number of obstacles that exert forces; 0 is all.
         same: Whether people all have the same weights.
     """
     command = np.zeros((n, COMMAND_SIZE))
@@ -138,7 +138,7 @@ def random_states(n, *, density=0.3, slowest=0.0, fastest=1.4, seed=0):
     """Returns people who walk any way in a square, shape (n, 6).
 
     Args:
-        n: How many.
+        n: Their number.
         density: Of people, per square meter.
         slowest: The lowest speed, in m/s.
         fastest: The highest one.
@@ -151,17 +151,6 @@ def random_states(n, *, density=0.3, slowest=0.0, fastest=1.4, seed=0):
     velocity = speed * np.exp(2j * np.pi * rng.random(n))
     states[:, 3], states[:, 4] = velocity.real, velocity.imag
     return states
-
-
-def kernel_arguments(snapshot):
-    """Returns what the compiled kernels take of a snapshot."""
-    return (
-        *snapshot[:5],
-        snapshot.at_walls,
-        snapshot.obstacles.table,
-        snapshot.obstacle_range,
-        snapshot.max_obstacles,
-    )
 
 
 def step(model, snapshot):

@@ -59,7 +59,7 @@ def places(n, x0, y0, x1, y1, seed=0):
 def walk_in_ring(model, density, *, time, seed=0):
     """The states (k, n, 6) in a corridor whose ends are joined.
 
-    x goes on from lap to lap. Who is near an end sees those at the other one.
+    x goes on from lap to lap. People near an end see those at the other one.
     """
     n = round(density * LENGTH * WIDTH)
     obstacles = Obstacles.from_shapes(
@@ -166,7 +166,7 @@ def door_flow(states, width, *, ends=20):
 
 
 def meet(model, width, *, offset=0.0, duration=30.0):
-    """How long two take to change sides in a corridor, and how near they come.
+    """The time in which two people change sides in a corridor, and their gap.
 
     The time is infinite if they do not.
     """
@@ -225,7 +225,7 @@ def walk_against(model, n, m, *, duration, seed=0):
 
 
 def lane_order(model, *, seed=0):
-    """How much two streams of 27 order themselves into lanes, in [0, 1].
+    """The order of the lanes of two streams of 27, in [0, 1].
 
     They meet in a corridor of 38 m x 3 m, and are counted in rows of 0.2 m
     of its middle, while both are there.
@@ -257,7 +257,7 @@ def lane_order(model, *, seed=0):
 
 
 def trembling(states):
-    """How much longer ways are than they lead, per second, shape (k n,), m/s.
+    """The detour of ways per second, shape (k n,), in m/s.
 
     Sampled by seconds.
     """

@@ -1,4 +1,4 @@
-"""People with a model of one's own obey their commands."""
+"""People with a user's model follow their commands."""
 
 import numpy as np
 from pydantic.dataclasses import dataclass

@@ -290,7 +290,7 @@ def test_derivatives_of_contact_are_those_of_finite_differences(seed):
 
 
 def test_two_contexts_and_a_clone():
-    """What people stand on is in the Context."""
+    """The places where people stand are in the Context."""
     rows, dut, context = run([(0.0, 0.0)], [None], time=0.5)
     clone = context.Clone()
     for its in (context, clone):

@@ -54,7 +54,7 @@ def record_steps(
 
 
 def outside(walls, states):
-    """How many samples of people are in a wall, by more than 1 mm."""
+    """Returns the number of samples in a wall, by more than 1 mm."""
     shrunk = [
         Box(center=box.center, size=(box.size[0] - 2e-3, box.size[1] - 2e-3))
         for box in walls
@@ -90,7 +90,7 @@ def test_the_free_speed_is_reached_exponentially(speed):
     expected = speed * (1 - np.exp(-times * rate))
     error = abs(states[:, 0, 3] - expected).max()
     print(f"free speed {speed} m/s: largest error {error * 1e3:.2f} mm/s")
-    # What an Euler step of 1 ms leaves: e^-1 v rate h / 2.
+    # The error of an Euler step of 1 ms: e^-1 v rate h / 2.
     assert error < 1e-3 * speed * rate / 4
     assert states[-1, 0, 3] == pytest.approx(speed, rel=1e-4)
 

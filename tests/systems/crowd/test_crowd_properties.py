@@ -1,4 +1,4 @@
-"""What holds for any crowd in any room, with every part switched on."""
+"""Rules for any crowd in any room, with every part switched on."""
 
 import math
 
@@ -119,7 +119,7 @@ def run_in_room(
 def test_nobody_is_lost_too_fast_or_inside_a_wall(people, time_step):
     states, walls = run_in_room(people, time_step=time_step)
     assert np.isfinite(states).all()
-    # Who begins faster than the limit brakes.
+    # People who begin faster than the limit brake.
     limit = max(
         [1.5, *(math.hypot(*velocity) for _, _, velocity, *_ in people)]
     )

@@ -1,4 +1,4 @@
-"""What must hold of every model of human motion."""
+"""Rules for all models of human motion."""
 
 from dataclasses import dataclass
 import math

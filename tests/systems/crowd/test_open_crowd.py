@@ -113,7 +113,7 @@ def test_groups_come_as_often_as_makes_the_rate_of_people():
 
 @pytest.mark.parametrize("rate", [0.7, 1.5])
 def test_arrivals_are_a_poisson_process(rate):
-    """In windows of 4 s; those count, too, who have to wait."""
+    """In windows of 4 s; people who have to wait count, too."""
     people, traffic = drawn(0.1, 2)
     (source,) = traffic.sources
     source = source._replace(rate=rate)

@@ -39,11 +39,11 @@ class Meeting(NamedTuple):
     """A person who walks 14 m along the x-axis, and a robot.
 
     Attributes:
-        beside: How far to the left of the person's way the robot is when it is
-            abreast, if the person walks on, in meters.
+        beside: The distance of the robot to the left of the person's way when
+            it is abreast, if the person walks on, in meters.
         course: The robot's direction, in radians.
         speed: The robot's, in m/s.
-        turned: By how much all of it is turned, in radians.
+        turned: The rotation of all of it, in radians.
         mirrored: Whether left is right in it.
     """
 
@@ -157,7 +157,7 @@ def test_people_pass_robots_at_a_distance_in_the_open(model):
 
 @pytest.mark.parametrize("offset", [0.0, 0.05, 0.15, 0.3, 0.6])
 def test_forces_alone_let_people_graze_a_robot(offset):
-    """What is mended is there without: so the distance is not of the forces."""
+    """Without it the fault is there: the forces do not make the distance."""
     meetings = [Meeting(offset, math.pi, speed) for speed in (0.3, 0.5, 0.8)]
     least, _ = gaps(meetings, robot_gap=0.0)
     assert least.max() < 0.3
@@ -170,7 +170,7 @@ def test_forces_alone_let_people_graze_a_robot(offset):
 def test_a_robot_that_stands_near_the_goal_is_passed_as_there_is_room(
     model, beside
 ):
-    """Who is at the goal is 0.4 to 0.5 m off it, so no more is left before."""
+    """People at the goal are 0.4 to 0.5 m off it, so no more is left before."""
     person = HumanConfig(pose=(-4, 0, 0), goals=[(0, 0)], desired_speed=0.5)
     robot = [-1.0, beside, 0.3, 0.0, 0.0, 0.0, ROBOT]
     states, _ = walk([person], lambda _: [robot], CrowdConfig(model=model))
@@ -378,7 +378,7 @@ def test_the_side_is_the_one_with_room():
     # The wall leaves 0.9 m on the right, and the body needs half.
     right = walls_of((-1, -1.0, 5, -0.9))
     assert wanted(at(2, 0.1), walls=right) > 0
-    # Where neither has enough, people go where there is more.
+    # If neither has enough, people go where there is more.
     left = walls_of((-1, -1.0, 5, -0.9), (-1, 0.5, 5, 0.6))
     assert wanted(at(2, 0.1), walls=left) < 0
 
@@ -390,7 +390,7 @@ def test_what_is_beside_the_way_while_they_pass_takes_room():
     assert wanted(at(2, 0.1), walls=before) < 0
     assert wanted(at(2, 0.1), walls=abreast) > 0
     assert wanted(at(2, 0.1), walls=after) > 0
-    # Who is overtaken is beside for longer.
+    # A person who is overtaken is beside for longer.
     far = walls_of((3.8, -0.9, 4.0, -0.6))
     assert wanted(at(2, 0.1), walls=far) < 0
     assert wanted(at(1, 0.1, SPEED / 2), walls=far) < 0

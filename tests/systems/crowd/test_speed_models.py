@@ -62,7 +62,7 @@ def mixed(make_snapshot):
     states[:, 4] = speed * np.sin(angle)
     goals = states[:, :2] + 50 * states[:, 3:5]
     snapshot = make_snapshot(states, goals, speed=1.2, max_speed=2.0)
-    # Who is turned by command walks sideways as fast as ahead.
+    # People turned by command walk sideways as fast as ahead.
     snapshot.command[:, Command.TURN_RATE] = 1.0
     return snapshot
 
@@ -97,7 +97,7 @@ def test_it_is_the_collision_free_speed_model_of_the_paper(mixed):
 
 
 def test_it_is_the_anticipation_velocity_model_of_the_paper(mixed):
-    """But for who is nearer to the side than rounding, who is nobody here."""
+    """Except people nearer to the side than rounding: nobody here."""
     x = mixed.states[:, :2]
     v = mixed.states[:, 3:5]
     aim = v / np.linalg.norm(v, axis=1, keepdims=True)

@@ -40,7 +40,7 @@ def both_ways(config, walls, n, m, seed, *, spread=2.0):
     snapshot = dut.look(*arguments)
     parts = dut.advance(snapshot, dut.forces(snapshot), stances)
     if spread < 1e9:
-        # What would go part by part, after all, fails.
+        # A step that goes part by part, after all, fails.
         dut.look = None
     return dut.take(*arguments, stances), parts
 

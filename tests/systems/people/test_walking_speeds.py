@@ -106,7 +106,7 @@ def test_bands_of_ages_count_by_their_weights():
 
 
 def walked_speeds(cohort, seed):
-    """How fast people of a population walk in free space, in m/s."""
+    """Returns the free speeds of people of a population, in m/s."""
     config = PopulationConfig(seed=seed, cohorts=[cohort])
     no_walls = Obstacles.from_shapes([], solid=[])
     people = [

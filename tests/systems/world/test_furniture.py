@@ -51,7 +51,7 @@ def test_whatever_its_size_it_is_within_its_footprint_and_height(
         piece = shapely.Polygon(prism.outline)
         assert piece.is_valid
         assert around.covers(piece)
-        # What stands on a desk, or at the head of a bed, is no part of it.
+        # Things on a desk, or at the head of a bed, are no part of it.
         assert prism.high <= height + 0.45
 
 

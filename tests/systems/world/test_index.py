@@ -1,4 +1,4 @@
-"""What the boxes of the table leave out changes nothing, to the last bit."""
+"""Skipping boxes of the table changes nothing, to the last bit."""
 
 import dataclasses
 
@@ -152,7 +152,7 @@ def test_every_segment_is_in_one_run_and_in_all_boxes_above_it(obstacles):
 
 
 def visited(obstacles, p, reach):
-    """How many boxes a query looks at."""
+    """Returns the number of boxes that a query visits."""
     walls = opened.py_func(obstacles.table)
     count = box = 0
     while box < len(walls.boxes):

@@ -68,6 +68,6 @@ def test_both_ways_end_at_the_same_wall(p, q, a, b):
     wall = thin_wall_table([*a, *b])
     forth = ray_cast(*p, *q, wall)
     back = ray_cast(*q, *p, wall)
-    # Where a line only touches a wall, a hair decides.
+    # If a line only touches a wall, rounding decides.
     if math.isfinite(forth) and math.isfinite(back):
         assert forth + back == pytest.approx(1, abs=1e-6)

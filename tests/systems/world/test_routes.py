@@ -19,7 +19,7 @@ from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 
 CLEARANCE = 0.3
 
-# How far a walker gets in one step, in meters.
+# The length of a step of a walker, in meters.
 STRIDE = 0.06
 
 
@@ -426,7 +426,7 @@ def test_people_asked_for_together_get_the_same_waypoints():
 
 
 def test_many_goals_change_nothing():
-    """What is remembered of goals is bounded, and is no state."""
+    """The memory of goals is bounded, and is no state."""
     dut = make_map([Box(center=[0, 0], size=[2, 2])])
     first = dut.next_waypoint([-3, 0], [3, 0.5])
     goals = np.column_stack([np.full(3000, 3.0), np.linspace(-0.5, 0.5, 3000)])

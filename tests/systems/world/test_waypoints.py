@@ -1,4 +1,4 @@
-"""What hides corners is remembered, and never changes where people go."""
+"""The hiders of corners are remembered, and never change people's ways."""
 
 from hypothesis import given, settings, strategies as st
 import numpy as np

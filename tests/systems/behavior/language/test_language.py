@@ -1,4 +1,4 @@
-"""What the tree language reads, and what trees are made of."""
+"""The tree language, and the trees that are made from it."""
 
 import xml.etree.ElementTree as ET
 
@@ -437,7 +437,7 @@ MODEL = (
         ('<SubTree ID="See" d="3"/>', "1", True),
         ('<SubTree ID="See" d="{r}"/>', "1", True),
         ('<SubTree ID="See"/>', "{r}", True),
-        # What is remapped by itself has no need of a default.
+        # Automatically remapped ports need no default.
         ('<SubTree ID="See" _autoremap="true"/>', "1", True),
     ],
 )

@@ -1,4 +1,4 @@
-"""Trees of the package in trees of one's own."""
+"""Trees of the package in users' trees."""
 
 import numpy as np
 import pytest

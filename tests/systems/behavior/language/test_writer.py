@@ -23,7 +23,7 @@ PERSON = Person.from_config(
     time_step=0.1,
 )
 
-# What format 4 calls otherwise, or writes otherwise.
+# Names and forms that differ in format 4.
 FORMAT_3 = """<?xml version="1.0"?>
 <!-- A shy person -->
 <root main_tree_to_execute="Shy">

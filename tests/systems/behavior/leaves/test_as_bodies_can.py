@@ -1,4 +1,4 @@
-"""What leaves do beyond the original: hysteresis, gradual stops, gaps."""
+"""Additions of leaves to the original: hysteresis, gradual stops, gaps."""
 
 import math
 

@@ -24,7 +24,7 @@ def some(cases, quick):
     ]
 
 
-# Who meets a robot that drives from (-8, 0) to (8, 0): poses and goals.
+# People who meet a robot that drives from (-8, 0) to (8, 0): poses and goals.
 MEETINGS = {
     "head-on": [((7.0, 0.1, math.pi), [(-7.0, 0.1)])],
     "aslant": [((7.0, -0.25, math.pi), [(-7.0, 0.2)])],
@@ -121,7 +121,7 @@ def gaps(scenario, result):
 
 
 def contacts(result):
-    """How many contacts there were, of the robot's and of people's doing."""
+    """Returns the numbers of contacts that the robot and people began."""
     columns = [Contact.BY_ROBOT, Contact.BY_PERSON]
     return (
         result.recording.contacts[-1]
@@ -144,7 +144,7 @@ def check_let_go(scenario):
     some(itertools.product(WIDTHS, PLANNERS), [(1.5, "dwb"), (2.3, "pursuit")]),
 )
 def test_corridor_is_left_or_used_to_its_walls(width, planner):
-    """Where it is too narrow for both, the person goes out of it."""
+    """If it is too narrow for both, the person goes out of it."""
     scenario = trial("rooms", width, MEETINGS["head-on"], planner)
     result = check_let_go(scenario)
     at = result.recording.humans[:, 0]
@@ -188,7 +188,7 @@ def test_there_is_room_in_a_closed_corridor(meeting, width, planner):
 
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_nobody_is_stuck_at_the_end_of_a_closed_corridor(planner):
-    """Someone squeezes past the robot that stands before the end."""
+    """A person squeezes past the robot that stands before the end."""
     scenario = trial("closed", 1.9, MEETINGS["waiting ahead"], planner)
     result = RunTrial(scenario)
     assert result.end_reason == "goal"
@@ -231,7 +231,7 @@ def test_random_corridors(number):
 
 
 def test_corridors_may_lie_anyhow():
-    """What happens is the same, turned."""
+    """The same happens, turned."""
     people = MEETINGS["aslant"]
     straight = RunTrial(trial("rooms", 1.7, people)).recording
     turned = RunTrial(
@@ -260,7 +260,7 @@ def test_nobody_overtakes_a_robot_without_room(width, planner):
     assert steps[gap[1:] < 0.15].sum() == 0
     ahead = at[:, 0] > result.recording.robot[:, 0]
     assert ahead.any() == (width > 2.2)
-    # Who stays behind keeps off.
+    # People who stay behind keep off.
     assert ahead.any() or gap.min() > 0.4
 
 

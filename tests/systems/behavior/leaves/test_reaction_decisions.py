@@ -1,4 +1,4 @@
-"""Where this package decides otherwise than HuNavSim: a test for each."""
+"""Decisions that differ from HuNavSim: a test for each."""
 
 import itertools
 import math

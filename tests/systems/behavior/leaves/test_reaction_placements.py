@@ -22,11 +22,11 @@ from tests.systems.behavior.ticks import as_original
 
 REACTING = [it for it in BEHAVIORS if it not in ("regular", "impassive")]
 
-# In how many of 20 placements the robot arrives. Who gets in its way may stop
-# it for so long that the trial is over; and who stands at the goal stays.
+# The number of 20 placements in which the robot arrives. People in its way may
+# stop it until the trial is over, and people at the goal stay there.
 ROBOTS = dict.fromkeys(BEHAVIORS, 20) | {"threatening": 19, "impassive": 17}
 
-# How often a reaction begins or ends, at most.
+# The largest number of starts and ends of a reaction.
 SWITCHES = {
     "regular": 0,
     "impassive": 0,
@@ -38,7 +38,7 @@ SWITCHES = {
     "cooperative": 4,
 }
 
-# What the longest reaction lasts, in seconds.
+# The duration of the longest reaction, in seconds.
 LONGEST = {"surprised": 30.0, "curious": 30.0, "threatening": 40.0}
 
 
@@ -47,7 +47,7 @@ def check(behavior, rows, share=1.0):
     assert got["reacted"] == len(rows)
     assert got["arrived"] >= int(ROBOTS[behavior] * share)
     assert got["switches"] <= SWITCHES[behavior]
-    # Who comes to the goal slows down by 3 m/s^2.
+    # People who come to the goal slow down by 3 m/s^2.
     assert got["braking"] <= 3.0 + 1e-6
     assert got["acceleration"] <= 5.5
     assert got["active"] <= LONGEST.get(behavior, 60.0) + 0.1

@@ -299,7 +299,7 @@ def test_cooperative_person_goes_around_two_robots_side_by_side(y):
     assert np.diff(way[:, 0]).min() > -0.01
 
 
-# How far apart two runs of a reaction may be, in rows of 0.05 s and meters:
+# The largest difference of two runs of a reaction, in rows of 0.05 s and in m:
 # of a whole reaction, and of its end position.
 SAME_OUTCOME = {
     "surprised": (2, 0.05),

@@ -1,4 +1,4 @@
-"""What people who react to the robot want, tick by tick."""
+"""The commands of people who react to the robot, tick by tick."""
 
 import math
 
@@ -508,7 +508,7 @@ def test_passing_by_keeps_off_all_robots_ahead(robots):
 
 
 def test_passing_by_keeps_to_its_side():
-    """Where the robot moves a little to that side, too."""
+    """Also if the robot moves a little to that side."""
     dut = tree_of('<PassBy distance="3" clearance="1.1"/>')
     who = person(goals=[(9.0, 0.0)])
     memory = None

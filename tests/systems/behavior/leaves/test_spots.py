@@ -1,4 +1,4 @@
-"""Where there is room to let a robot pass."""
+"""Spots with room to let a robot pass."""
 
 import math
 
@@ -114,7 +114,7 @@ def test_spot_is_not_where_somebody_stands():
     speed=st.sampled_from([0.0, 0.3, 0.9]),
 )
 def test_spots_turn_with_the_world(turn, mirror, y, width, speed):
-    """Mirrored, too, but for who is right on the robot's way."""
+    """Also mirrored, unless the person is right on the robot's way."""
     sides = corridor(width, end=4.0)
     if mirror and abs(y) <= 0.1:
         return

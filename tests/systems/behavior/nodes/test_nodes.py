@@ -1,4 +1,4 @@
-"""What each node says and remembers, for what its children say.
+"""The status and the memory of each node, for each status of its children.
 
 A child is written as the results of its ticks, one letter each: (S)uccess,
 (F)ailure, (R)unning, s(K)ipped; after the last it starts over, and so it does

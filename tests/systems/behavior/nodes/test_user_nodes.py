@@ -1,4 +1,4 @@
-"""Nodes of one's own: Python functions that XML files use by name."""
+"""Users' nodes: Python functions that XML files use by name."""
 
 from functools import partial
 from typing import Annotated, Literal

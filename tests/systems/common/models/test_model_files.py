@@ -22,7 +22,7 @@ WHOLE_WHEEL = f"<geometry>{WHEEL}</geometry>"
 AXIS = '<axis xyz="0 1 0"/>'
 INERTIA = '<inertia ixx="0.003" ixy="0" ixz="0" iyy="0.003" iyz="0" izz="0.003"'
 
-# What of the turtle is replaced by what, and what is said then.
+# Texts of the turtle, their replacements, and the message about each.
 IN_TEXT = {
     "radius": (
         *(WHEEL, '<sphere radius="-0.1"/>'),
@@ -99,7 +99,7 @@ def test_sound_text_has_no_fault(tmp_path):
     assert find_markup_fault(tmp_path / "robot.urdf") == ""
 
 
-# What Drake finds, in the process that may crash.
+# Faults that Drake finds, in the process that may crash.
 BY_DRAKE = {
     "no inertia": (
         *(f"{INERTIA}/>", INERTIA.replace("0.003", "0") + "/>"),

@@ -108,7 +108,7 @@ def test_agrees_and_stays_finite_wherever_people_are(rows):
 
 
 def has_a_tie(states, i):
-    """Tells whether someone's angle is near a jump of its sign."""
+    """Returns whether an angle is near a jump of its sign."""
     d = states[:, :2] - states[i, :2]
     r = np.hypot(*d.T)
     n = d / np.where(r > 0, r, 1)[:, None]

@@ -6,7 +6,7 @@ import pytest
 from hunav_drake.systems.crowd.models import SocialForceModel
 from hunav_drake.systems.crowd.social_force.hash_order import hash_order
 
-# What GCC's std::unordered_map<int, int> does.
+# The results of GCC's std::unordered_map<int, int>.
 RECORDED = [
     ([], []),
     ([5], [0]),

@@ -12,7 +12,7 @@ import pytest
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.crowd.social_force import jacobian, kernel, numpy_model
 from hunav_drake.systems.world.obstacles import Obstacles, nearest_points
-from tests.systems.crowd.crowds import kernel_arguments, random_snapshot
+from tests.systems.crowd.crowds import random_snapshot
 
 WALLS = Obstacles.from_shapes(
     [
@@ -27,11 +27,11 @@ WALLS = Obstacles.from_shapes(
 
 def analytic(snapshot):
     """Returns the derivatives of the total forces, and of the next states."""
-    forces = kernel.social_forces(*kernel_arguments(snapshot))
+    forces = kernel.social_forces(*snapshot.as_arguments)
     return (
-        jacobian.force_jacobian(*kernel_arguments(snapshot)),
+        jacobian.force_jacobian(*snapshot.as_arguments),
         jacobian.step_jacobian(
-            *kernel_arguments(snapshot), forces, snapshot.time_step
+            *snapshot.as_arguments, forces, snapshot.time_step
         ),
     )
 

@@ -12,11 +12,7 @@ from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.social_force import kernel, numpy_model
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
-from tests.systems.crowd.crowds import (
-    NO_WALLS,
-    kernel_arguments,
-    random_snapshot,
-)
+from tests.systems.crowd.crowds import NO_WALLS, random_snapshot
 
 WALLS = Obstacles.from_shapes(
     [
@@ -88,7 +84,7 @@ def check_step(snapshot):
     forces = numpy_model.social_forces(snapshot)
     np.testing.assert_allclose(
         forces,
-        kernel.social_forces(*kernel_arguments(snapshot)),
+        kernel.social_forces(*snapshot.as_arguments),
         rtol=1e-12,
         atol=1e-12,
     )
@@ -115,7 +111,7 @@ def test_no_place_or_speed_gives_nan(snapshot):
     size = max(abs(forces).max(initial=1.0), 1.0)
     np.testing.assert_allclose(
         forces,
-        kernel.social_forces(*kernel_arguments(snapshot)),
+        kernel.social_forces(*snapshot.as_arguments),
         rtol=1e-12,
         atol=1e-13 * size,
     )

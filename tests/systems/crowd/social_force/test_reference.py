@@ -64,7 +64,7 @@ def make_command(agent):
 
 
 def eval_forces(agents, index, *, epsilon, kernel="fast"):
-    """Returns the forces on one agent, who alone feels its own obstacles."""
+    """Returns the forces on one agent, the only one with these obstacles."""
     dut = HumanCrowd(
         [make_recorded_human(agent, epsilon=epsilon) for agent in agents],
         obstacles=Obstacles.from_points(agents[index].get("obstacles", [])),

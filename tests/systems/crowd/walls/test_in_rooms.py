@@ -101,7 +101,7 @@ class CrowdInRoom:
         """Walks until all have arrived, and checks that all stay in the room.
 
         Returns:
-            The time, or infinity if someone has not arrived.
+            The time, or infinity if a person has not arrived.
         """
         most = wall_margins(np.minimum(self.radii, LARGEST_BODY))
         for k in range(round(time / dt)):
@@ -151,7 +151,7 @@ def two_rooms(door, *, thickness=0.2):
 def stand_in_rows(n, x, y, spacing=0.7, columns=4):
     """Places n people in rows, from (x, y) on."""
     i = np.arange(n)
-    # Not quite in line: nobody waits for somebody who waits for him.
+    # Not quite in line: no two people wait for each other.
     wiggle = 0.05 * np.sin(7.0 * i)
     return np.column_stack(
         [x + spacing * (i % columns), y + spacing * (i // columns) + wiggle]

@@ -49,7 +49,7 @@ def clearance(obstacles, p):
 
 
 def crosses_exactly(p, q, segment):
-    """Tells, in rational numbers, whether p to q passes through a segment."""
+    """Returns, in rational numbers, whether p to q passes through a segment."""
     px, py, qx, qy, ax, ay, bx, by = (
         Fraction(float(v)) for v in [*p, *q, *segment]
     )

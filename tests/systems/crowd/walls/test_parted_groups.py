@@ -145,7 +145,7 @@ def test_who_goes_elsewhere_or_has_arrived_goes_alone():
     assert together(places, ways) == {frozenset({0, 1}), frozenset({2, 3})}
     assert together(places[1:], ways[1:]) == {frozenset({1, 2})}
     assert together(places, ways, stands=[0]) == {frozenset({2, 3})}
-    # Who stands at the goal of others is with them, too.
+    # A person who stands at the goal of others is with them, too.
     goals = [(0.5, 0)] * 4
     assert together(places, goals, stands=[0]) == {frozenset(range(4))}
     # Far from each other people do not look who goes the same way.

@@ -72,7 +72,7 @@ def arrive(*humans, **kwargs):
 @pytest.mark.parametrize("width", [0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 1.0, 1.2])
 @pytest.mark.parametrize("model", MODELS)
 def test_people_pass_every_door_that_is_a_way(model, width):
-    """Whoever is straight before it, and whoever comes along the wall."""
+    """People straight before it, and people who come along the wall."""
     world = room_with_a_door(width)
     for start, goal in (([0, 0], [6, 0]), ([0, 2.5], [6, -2.5])):
         human = HumanConfig(pose=[*start, 0.0], goals=[goal])

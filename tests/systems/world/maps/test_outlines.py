@@ -53,7 +53,7 @@ def check(grid):
     far = ~ndimage.binary_dilation(np.pad(grid, 2), SQUARE)
     rows, columns = np.nonzero(far)
     assert not shapely.intersects_xy(union, columns - 1.5, rows - 1.5).any()
-    # What is added or lost lies along the sides of cells.
+    # Added or lost area lies along the sides of cells.
     cells = shapely.union_all(
         shapely.box(
             *(np.nonzero(grid)[k] for k in (1, 0)),
