@@ -21,46 +21,44 @@ if TYPE_CHECKING:
     from hunav_drake.runs.suite_result import SuiteResult
 
 
-def add_bench_command(commands: Any) -> None:
-    """Adds the command `hunav bench`."""
-    bench = commands.add_parser(
-        "bench",
-        help="compare planners over scenarios and seeds",
-        description="Runs all trials of a suite in worker processes, and prints"
-        " its tables. What is done already is not run again, so a suite that"
-        " was stopped goes on where it was.",
+def add_bench_options(bench: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav bench`."""
+    bench.description = (
+        "Runs all trials of a suite in worker processes, and prints its tables."
+        " Finished runs are not repeated, so an interrupted suite continues"
+        " where it stopped."
     )
     bench.set_defaults(function=_bench)
     bench.add_argument(
         "suite",
         nargs="?",
-        help="a shipped suite (paper, ...) or a file; without one, the shipped"
-        " suites are listed",
+        help="a shipped suite (paper, ...) or a file (default: list the shipped"
+        " suites)",
     )
     bench.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
         default=Path("out"),
-        help="the results are in a folder of the suite's name in DIR; out by"
-        " default",
+        help="write the results to a folder in DIR with the name of the suite"
+        " (default: out)",
     )
     bench.add_argument(
         "--workers",
         type=whole_number(1),
-        help="how many processes run trials; by default one per processor",
+        help="the number of worker processes (default: one per processor)",
     )
     bench.add_argument(
         "--seeds",
         type=whole_number(1),
-        help="how many seeds, instead of the suite's",
+        help="the number of seeds, instead of the suite's",
     )
     bench.add_argument(
         "--planner",
         nargs="+",
         default=[],
         metavar="NAME",
-        help="these planners, instead of the suite's",
+        help="the planners, instead of the suite's",
     )
     bench.add_argument(
         "--set",
@@ -75,15 +73,15 @@ def add_bench_command(commands: Any) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="run everything a second time with this change, and print its"
-        " tables beside: robot.type=pmb2",
+        help="run all trials a second time with this change, and print the"
+        " tables of both: robot.type=pmb2",
     )
     bench.add_argument(
         "--until",
         metavar="METRIC=WIDTH",
         type=_until,
-        help="stop a cell once the 95 %% interval of the mean of a metric is"
-        " within +- WIDTH",
+        help="stop a cell once the 95 %% confidence interval of a metric's mean"
+        " is within +- WIDTH",
     )
     bench.add_argument(
         "--show",
@@ -95,27 +93,27 @@ def add_bench_command(commands: Any) -> None:
         "--executor",
         choices=("processes", "dask"),
         default="processes",
-        help="who runs trials: processes here, or a Dask cluster",
+        help="run trials in processes on this machine, or on a Dask cluster",
     )
     bench.add_argument(
-        "--address", help="the scheduler of the Dask cluster, host:port"
+        "--address", help="the address of the Dask scheduler, host:port"
     )
     bench.add_argument(
         "--fresh",
         action="store_true",
-        help="run everything again; what was there is kept as runs_old.jsonl",
+        help="run all trials again; the old log is kept as runs_old.jsonl",
     )
     bench.add_argument(
         "--replays",
         action="store_true",
-        help="write a replay of the first seed of each cell, too: some seconds"
-        " and some MB each",
+        help="also write a replay of the first seed of each cell; each takes a"
+        " few seconds and a few MB",
     )
     bench.add_argument(
         "--markdown",
         type=Path,
         metavar="FILE",
-        help="write the main metrics as a page of Markdown, too",
+        help="also write the main metrics as a page of Markdown",
     )
     bench.add_argument(
         "--json", action="store_true", help="print JSON, not tables"
@@ -174,7 +172,7 @@ def _bench(options: argparse.Namespace) -> int:
         if options.replays:
             _write_replays(result, out, options)
         judgements = judge(result)
-        # First, for who reads what is printed may have enough of it early.
+        # Before printing, which the reader of a pipe may end early.
         with input_errors(place=out):
             report = WriteSuite(result, out, judgements)
         if options.markdown:
@@ -195,7 +193,7 @@ def _suite(options: argparse.Namespace) -> "Suite":
         changes["seeds"] = options.seeds
         changes["seeds_of"] = {}
     if options.planner:
-        # One that the suite has is as there.
+        # A planner of the suite keeps its parameters.
         known = {planner_overrides(it)[0]: it for it in suite.planners}
         changes["planners"] = [known.get(it, it) for it in options.planner]
     if options.overrides:
@@ -213,12 +211,12 @@ def _suite(options: argparse.Namespace) -> "Suite":
 
 @contextlib.contextmanager
 def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
-    """Yields an executor, or None for that of `RunSuite`, and its workers."""
+    """Yields an executor, or None for `RunSuite`'s own, and its workers."""
     if options.executor != "dask":
         if options.address:
             raise InputError("--address goes with --executor dask")
         if options.workers == 1:
-            # A process of its own: if it dies, the suite goes on.
+            # A separate process: if it dies, the suite continues.
             from hunav_drake.runs.worker_pool import WorkerPool
 
             with WorkerPool(1) as pool:
@@ -234,7 +232,8 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
 
     if not options.address:
         raise InputError(
-            "--executor dask needs --address HOST:PORT, that of its scheduler"
+            "--executor dask needs --address HOST:PORT, the address of the"
+            " scheduler"
         )
     try:
         with connect(options.address) as (executor, count):
@@ -337,7 +336,7 @@ def _print(
 
 
 def _print_outcomes(result: "SuiteResult") -> None:
-    """Prints why runs ended, and where all seeds are one trial."""
+    """Prints why runs ended, and where all seeds give the same trial."""
     from hunav_drake.runs.outcomes import outcome_text, why_not_goal
     from hunav_drake.runs.suite_result import KEYS
 
@@ -354,7 +353,7 @@ def _print_outcomes(result: "SuiteResult") -> None:
 
 
 class _Progress:
-    """Shows how many runs are done, if the output is a terminal."""
+    """Shows the number of finished runs, if the output is a terminal."""
 
     def __init__(self, options: argparse.Namespace) -> None:
         from tqdm import tqdm

@@ -3,7 +3,7 @@
 import argparse
 import dataclasses
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hunav_drake.commands.errors import DONE, FAILED
 
@@ -11,15 +11,11 @@ if TYPE_CHECKING:
     from hunav_drake.commands.doctor_findings import Finding
 
 
-def add_doctor_command(commands: Any) -> None:
-    """Adds the command `hunav doctor`."""
-    doctor = commands.add_parser(
-        "doctor",
-        help="find what is missing on this machine, and run a short test",
-    )
+def add_doctor_options(doctor: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav doctor`."""
     doctor.set_defaults(function=_doctor)
     doctor.add_argument(
-        "--json", action="store_true", help="print what is found as JSON"
+        "--json", action="store_true", help="print the findings as JSON"
     )
 
 
@@ -37,9 +33,9 @@ def _doctor(options: argparse.Namespace) -> int:
         print(json.dumps({"ok": not troubles, "findings": findings}, indent=2))
     else:
         print(
-            f"\n{troubles} to mend: see the lines with 'trouble'"
+            f"\n{troubles} to fix: see the lines with 'trouble'"
             if troubles
-            else "\nAll that is needed is there."
+            else "\nNothing is missing."
         )
     return FAILED if troubles else DONE
 

@@ -1,4 +1,4 @@
-"""Looks for what is missing on a machine, or in the way."""
+"""Finds missing software and other problems of a machine."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ import tempfile
 import time
 from typing import Literal
 
-# Recordings and replays of a suite need about this much, in bytes.
+# The space that recordings and replays of a suite need, in bytes.
 _ROOM = 1 << 30
 
 # The ports at which Meshcat tries to listen.
 _PORTS = range(7000, 7100)
 
-# How long a camera may take to start, in seconds.
+# The time limit for the start of a camera, in seconds.
 _CAMERA_TIME = 60.0
 
-# What a user may install besides, a module of it, and who asks for it.
+# Optional extras: name, a module of it, and what needs it.
 _EXTRAS = (
     ("completion", "shtab", "hunav completion"),
     ("dask", "distributed", "hunav bench --executor dask"),
@@ -39,14 +39,14 @@ _REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[^]]*\])?\s*>=\s*([\w.]+)")
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found about one thing.
+    """The result of one check.
 
     Attributes:
-        name: Of the thing.
-        state: `ok`; `note` for what only some need; `trouble` for what must
-            be mended.
-        text: What is so.
-        remedy: What to do about it; empty if nothing.
+        name: The subject of the check.
+        state: `ok`; `note` for what only some users need; `trouble` for what
+            must be fixed.
+        text: The result in words.
+        remedy: How to fix it; empty if nothing needs to be done.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Finding:
 
 
 def find_all() -> Iterator[Finding]:
-    """Yields what is found; runs trials only if nothing is in the way."""
+    """Yields all findings; runs trials only if there is no trouble."""
     troubles = 0
     for finding in examine():
         troubles += finding.state == "trouble"
@@ -66,7 +66,7 @@ def find_all() -> Iterator[Finding]:
 
 
 def _short_runs() -> Iterator[Finding]:
-    """Runs a short trial twice, which must give the same."""
+    """Runs a short trial twice, and compares the results."""
     from hunav_drake.scenario import LoadScenario
     from hunav_drake.trial.compiling import told_compile_time
     from hunav_drake.trial.simulation import RunTrial
@@ -93,7 +93,7 @@ def _short_runs() -> Iterator[Finding]:
 
 
 def examine() -> Iterator[Finding]:
-    """Yields what is found about this machine, each once it is known."""
+    """Yields the findings about this machine, each as soon as it is known."""
     for look in (
         *(check_python, check_versions, check_copies, check_kernels),
         *(check_routes, check_room, check_port, check_camera),
@@ -103,7 +103,7 @@ def examine() -> Iterator[Finding]:
 
 
 def check_python() -> Iterator[Finding]:
-    """Compares Python with what the package asks for."""
+    """Checks the version of Python."""
     present = platform.python_version()
     try:
         wanted = metadata.metadata("hunav_drake")["Requires-Python"] or ""
@@ -111,7 +111,7 @@ def check_python() -> Iterator[Finding]:
         yield Finding(
             "hunav_drake",
             "trouble",
-            "runs from a folder, but is not installed",
+            "is used from a folder, but is not installed",
             "pip install -e . in the clone, or pip install hunav_drake",
         )
         return
@@ -128,7 +128,7 @@ def check_python() -> Iterator[Finding]:
 
 
 def check_versions() -> Iterator[Finding]:
-    """Compares what is installed with the lower bounds of the package."""
+    """Checks the versions of the required packages."""
     try:
         required = metadata.requires("hunav_drake") or []
     except metadata.PackageNotFoundError:
@@ -136,7 +136,7 @@ def check_versions() -> Iterator[Finding]:
     for requirement in required:
         bound = _REQUIREMENT.fullmatch(requirement.strip())
         if bound is None:
-            # (It is of an extra: see `check_extras`.)
+            # A requirement of an extra: see `check_extras`.
             continue
         name, lowest = bound.groups()
         remedy = f"pip install '{name}>={lowest}'"
@@ -153,7 +153,7 @@ def check_versions() -> Iterator[Finding]:
 
 
 def check_copies() -> Iterator[Finding]:
-    """Looks for other copies of the package, which may be taken for it."""
+    """Looks for other copies of the package on the path."""
     import hunav_drake
 
     used = Path(hunav_drake.__file__).resolve().parent
@@ -166,22 +166,22 @@ def check_copies() -> Iterator[Finding]:
         yield Finding(
             "copies",
             "note" if found == version else "trouble",
-            f"{used} ({version}) is used, but {other} ({found}) is there, too",
+            f"{used} ({version}) is used, but {other} ({found}) exists, too",
             "pip uninstall hunav_drake until none is left; install it again",
         )
 
 
 def check_kernels() -> Iterator[Finding]:
-    """Tells whether compiled code can be kept, and whether it is there."""
+    """Checks whether compiled code can be cached, and whether it is."""
     name = "compiled code"
     remedy = "set NUMBA_CACHE_DIR to a folder that can be written"
     from hunav_drake.systems.crowd.social_force import kernel
 
-    # Nothing, if numba finds no place at all.
+    # Empty if numba finds no folder.
     folder = Path(kernel.social_forces.stats.cache_path or "")
     if not folder.name or not _is_writable(folder):
         where = f" in {folder}" if folder.name else ""
-        text = f"cannot be kept{where}: each run compiles it anew"
+        text = f"cannot be kept{where}: each run compiles it again"
         yield Finding(name, "trouble", text, remedy)
     elif any(folder.glob("*.nbi")):
         yield Finding(name, "ok", f"is kept in {folder}")
@@ -194,7 +194,7 @@ def check_kernels() -> Iterator[Finding]:
 
 
 def check_routes() -> Iterator[Finding]:
-    """Tells whether routes through large maps can be kept."""
+    """Checks whether routes through large maps can be cached."""
     from hunav_drake.systems.world.route_files import VARIABLE, cache_folder
 
     folder = cache_folder()
@@ -212,18 +212,18 @@ def check_routes() -> Iterator[Finding]:
 
 
 def check_room() -> Iterator[Finding]:
-    """Tells whether there is room for results in the present folder."""
+    """Checks the free space for results in the current folder."""
     free = shutil.disk_usage(os.curdir).free
     text = f"{free / 1e9:.1f} GB free in {Path.cwd()}"
     if free < _ROOM:
-        remedy = "make room, or write elsewhere with --out DIR"
+        remedy = "free some space, or write elsewhere with --out DIR"
         yield Finding("disk", "trouble", text, remedy)
     else:
         yield Finding("disk", "ok", text)
 
 
 def check_port() -> Iterator[Finding]:
-    """Tells whether Meshcat can listen to a browser on this computer."""
+    """Checks whether Meshcat can open a port on this machine."""
     error: OSError | None = None
     for port in _PORTS:
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as it:
@@ -238,12 +238,12 @@ def check_port() -> Iterator[Finding]:
         "meshcat",
         "trouble",
         f"no port from {_PORTS[0]} to {_PORTS[-1]} can be used: {error}",
-        "end other programs that show scenes, or run with --no-replay",
+        "end other programs that use these ports, or run with --no-replay",
     )
 
 
 def check_camera() -> Iterator[Finding]:
-    """Tells whether cameras can draw, in a process that may crash."""
+    """Checks whether cameras can render, in a process that may crash."""
     code = f"from {__name__} import draw_once; draw_once()"
     try:
         done = subprocess.run(
@@ -259,7 +259,7 @@ def check_camera() -> Iterator[Finding]:
             f"the renderer ended with {done.returncode}"
         ]
     except subprocess.TimeoutExpired:
-        failed, lines = True, [f"nothing after {_CAMERA_TIME:g} s"]
+        failed, lines = True, [f"no result after {_CAMERA_TIME:g} s"]
     if failed:
         yield Finding(
             "camera",
@@ -272,7 +272,7 @@ def check_camera() -> Iterator[Finding]:
 
 
 def draw_once() -> None:
-    """Draws an empty scene by a camera, as a test of the renderer."""
+    """Renders an empty scene with a camera, as a test of the renderer."""
     from pydrake.geometry import (
         ClippingRange,
         ColorRenderCamera,
@@ -299,13 +299,13 @@ def draw_once() -> None:
 
 
 def check_graphviz() -> Iterator[Finding]:
-    """Tells whether pictures of trees and diagrams can be drawn."""
+    """Checks whether pictures of trees and diagrams can be drawn."""
     found = shutil.which("dot")
     if found is None:
         yield Finding(
             "graphviz",
             "note",
-            "not there: no pictures of behavior trees and diagrams",
+            "not installed: no pictures of behavior trees and diagrams",
             "apt-get install graphviz, or brew install graphviz",
         )
     else:
@@ -313,7 +313,7 @@ def check_graphviz() -> Iterator[Finding]:
 
 
 def check_extras() -> Iterator[Finding]:
-    """Tells which commands need something that is not installed."""
+    """Checks which optional extras are installed."""
     for extra, module, command in _EXTRAS:
         if importlib.util.find_spec(module) is not None:
             yield Finding(extra, "ok", f"for {command}")
@@ -327,7 +327,7 @@ def check_extras() -> Iterator[Finding]:
 
 
 def _key(version: str) -> tuple[int, ...]:
-    """Returns the numbers of a version, up to the first that is none."""
+    """Returns the leading numbers of a version, without zeros at the end."""
     leading = re.match(r"\d+(\.\d+)*", version)
     numbers = [int(it) for it in leading[0].split(".")] if leading else []
     while numbers and numbers[-1] == 0:
@@ -336,14 +336,14 @@ def _key(version: str) -> tuple[int, ...]:
 
 
 def _version_in(folder: Path) -> str:
-    """Returns the version that is installed in a folder, or a question."""
+    """Returns the version that is installed in a folder."""
     for found in metadata.distributions(name="hunav_drake", path=[str(folder)]):
         return found.version
     return "of unknown version"
 
 
 def _is_writable(folder: Path) -> bool:
-    """Tells whether files can be made in a folder, which may be missing."""
+    """Returns whether files can be written to a folder, or it be created."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     try:

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hunav_drake.commands.errors import DONE, input_errors
 from hunav_drake.commands.options import add_import_option, whole_number
@@ -12,15 +12,13 @@ if TYPE_CHECKING:
     from hunav_drake.validation.case import Outcome
 
 
-def add_validate_command(commands: Any) -> None:
-    """Adds the command `hunav validate`."""
-    validate = commands.add_parser(
-        "validate",
-        help="test how well motion models walk like people",
-        description="Runs cases of RiMEA, NIST and ISO 20414, and of what"
-        " crowds are known to do, for each motion model, and prints what is"
-        " expected, measured and passed. That a model fails is a result, not"
-        " an error.",
+def add_validate_options(validate: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav validate`."""
+    validate.description = (
+        "Runs the test cases of RiMEA, NIST and ISO 20414, and cases on known"
+        " behavior of crowds, with each motion model, and prints expected and"
+        " measured values and verdicts. A failed case is a result, not an"
+        " error."
     )
     validate.set_defaults(function=_validate)
     validate.add_argument(
@@ -30,21 +28,21 @@ def add_validate_command(commands: Any) -> None:
         "--case", nargs="+", default=[], help="only these cases, by name"
     )
     validate.add_argument(
-        "--list", action="store_true", help="only tell the cases there are"
+        "--list", action="store_true", help="only list the cases"
     )
     validate.add_argument(
         "--quick",
         action="store_true",
-        help="fewer people and less time, for a first look",
+        help="fewer people and a shorter time, for a first look",
     )
     validate.add_argument(
-        "--seed", type=whole_number(0), default=0, help="0 by default"
+        "--seed", type=whole_number(0), default=0, help="the seed (default: 0)"
     )
     validate.add_argument(
         "--workers",
         type=whole_number(1),
         default=1,
-        help="how many processes to use; they do not change the results",
+        help="the number of processes; it does not change the results",
     )
     validate.add_argument(
         "--out",
@@ -56,7 +54,8 @@ def add_validate_command(commands: Any) -> None:
         "--markdown",
         metavar="FILE",
         type=Path,
-        help="write the page as Markdown, and its pictures beside it",
+        help="also write the page as Markdown, with its pictures in the same"
+        " folder",
     )
     validate.add_argument(
         "--json", action="store_true", help="print JSON, not a table"
@@ -92,7 +91,7 @@ def _validate(options: argparse.Namespace) -> int:
             imports=tuple(getattr(options, "imports", ())),
             progress=progress.show,
         )
-    # First, for who reads what is printed may have enough of it early.
+    # Before printing, which the reader of a pipe may end early.
     written = _write(outcomes, options)
     print(outcomes_json(outcomes) if options.json else format_table(outcomes))
     for path in written:
@@ -101,7 +100,7 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _check_places(options: argparse.Namespace) -> None:
-    """Checks, before a long run, that what it finds can be written.
+    """Checks, before a long run, that its results can be written.
 
     Raises:
         InputError: If it cannot.
@@ -123,7 +122,7 @@ def _check_places(options: argparse.Namespace) -> None:
 def _write(
     outcomes: "list[Outcome]", options: argparse.Namespace
 ) -> list[Path]:
-    """Writes the files that were asked for, and returns where they are."""
+    """Writes the requested files, and returns their paths."""
     written: list[Path] = []
     if options.out is not None:
         from hunav_drake.systems.common.files import atomic_write
@@ -151,7 +150,7 @@ def _write(
 
 
 class _Progress:
-    """Shows how many cases are done, if the output is a terminal."""
+    """Shows the number of finished cases, if the output is a terminal."""
 
     def __init__(self, total: int) -> None:
         from tqdm import tqdm

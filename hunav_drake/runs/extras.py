@@ -1,4 +1,4 @@
-"""Numbers of a run that only comparisons with the paper ask for."""
+"""Numbers of a run that only comparisons with the paper need."""
 
 import math
 
@@ -7,19 +7,19 @@ import numpy as np
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 
-# What is within a person's personal space, in meters (Hall 1966).
+# The personal space of a person, in meters (Hall 1966).
 _NEAR = 1.2
 
 
 def extra_values(recording: Recording) -> dict[str, float]:
-    """Returns further numbers of a recording, by name.
+    """Returns further numbers of a recording, by name; NaN for no value.
 
-    "lowest_speed_near_people": the least speed of the robot while somebody's
-    body is within 1.2 m of its own, in m/s. "cruising_speed": the median of
-    how fast it came from one sample to the next, in m/s. "walked_per_person":
-    the length of the path of a person, in meters, on average.
-    "min_dist_to_person_1", ...: the least distance between the robot's body
-    and each person's, in meters. What has no value is NaN.
+    "lowest_speed_near_people": the lowest speed of the robot while a person is
+    within 1.2 m, from surface to surface, in m/s. "cruising_speed": the median
+    speed of the robot between samples, in m/s. "walked_per_person": the mean
+    length of a person's path, in meters. "min_dist_to_person_1", ...: the
+    smallest distance between the surfaces of the robot and each person, in
+    meters.
     """
     robot, people = recording.robot, recording.humans
     offsets = people[:, :, [X, Y]] - robot[:, None, [X, Y]]

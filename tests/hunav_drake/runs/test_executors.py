@@ -218,7 +218,7 @@ def test_workers_of_other_versions_are_refused():
     from hunav_drake.runs.cluster import ClusterError, check_workers
 
     check_workers(FakeClient({"tcp://a": {}, "tcp://b": {}}))
-    with pytest.raises(ClusterError, match="got no worker"):
+    with pytest.raises(ClusterError, match="had no worker"):
         check_workers(FakeClient({}))
     other = {"tcp://a": {}, "tcp://b": {"numpy": "1.0"}}
     with pytest.raises(
