@@ -1,4 +1,4 @@
-"""The scenario that is edited, and what its views are told of it."""
+"""The edited scenario, and the messages to its views."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,15 +22,14 @@ from hunav_drake.systems.common.old_words import TAG
 
 Callback = Callable[[dict[str, Any]], None]
 
-# What the worker says that views get as it is.
-_PASSED_ON = ("worker", "runs", "frame", "result", "summary", "error")
+# Messages of the worker that views get unchanged.
+_PASSED_ON = ("worker", "runs", "frame", "result", "summary")
 
 
 class EditedScenario:
-    """The text, the data and the faults of a scenario that is edited.
+    """The text, the data and the faults of an edited scenario.
 
-    Messages go to all who subscribed. Its parts are `state`, which is what
-    there is to edit, and `background`.
+    Subscribers get its messages. Its parts are `state` and `background`.
     """
 
     def __init__(
@@ -44,18 +43,18 @@ class EditedScenario:
         worker: Any = None,
         scenario_name: str | None = None,
     ) -> None:
-        """Starts with a text, a scenario or a file; by default, with nothing.
+        """Starts with a text, a scenario or a file; by default an empty text.
 
         Args:
             text: The text of a scenario.
-            scenario: A scenario that was made in Python; it stays as it is.
+            scenario: A scenario, which is not changed.
             filename: The file, which is read unless there is a text. It need
                 not exist yet.
-            folder: Where files may be read and written; by default that of
-                the file, or the present one.
+            folder: The folder in which files can be read and written; by
+                default that of the file, or the current one.
             imports: Modules that were imported for the scenario.
-            worker: What checks names and runs trials; None for nothing.
-            scenario_name: Which scenario of a file of several.
+            worker: The worker that checks names and runs trials, if any.
+            scenario_name: The name of the scenario, if the file has several.
 
         Raises:
             ValueError: If the file cannot be read.
@@ -95,27 +94,27 @@ class EditedScenario:
 
     @property
     def data(self) -> Any:
-        """The scenario as plain data; parts of it never change."""
+        """The scenario as plain data, which is immutable."""
         return self.state.document.data
 
     @property
     def faults(self) -> list[dict[str, Any]]:
-        """What is wrong with it, in the form of the message ``faults``."""
+        """Its faults, in the form of the message ``faults``."""
         with self._lock:
             return self.state.faults()
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario, checked as a whole.
+        """The scenario, after all checks.
 
         Raises:
-            ScenarioError: While it has faults.
+            ScenarioError: If it has faults.
         """
         with self._lock:
             return self.state.scenario()
 
     def subscribe(self, callback: Callback) -> Callable[[], None]:
-        """Sends all messages to a function; returns what ends that."""
+        """Sends all messages to a function; returns a function to end this."""
         with self._lock:
             self._callbacks.append(callback)
 
@@ -130,8 +129,8 @@ class EditedScenario:
         """Writes the file.
 
         Args:
-            filename: The file, wherever it is; by default the one that was
-                opened, or saved last.
+            filename: The file, in any folder; by default the one that was
+                opened or saved last.
 
         Raises:
             ValueError: If it cannot be written.
@@ -144,7 +143,7 @@ class EditedScenario:
             self.send_state(None, self.data)
 
     def set_map(self, filename: str | Path) -> None:
-        """Lays a map of ROS 2 under the scenario.
+        """Sets a map of ROS 2 as background.
 
         Raises:
             ValueError: If it cannot be read.
@@ -159,13 +158,13 @@ class EditedScenario:
             self.worker.close()
 
     def replace(self, number: Any, label: str, text: str) -> None:
-        """Puts another text in the place of the present one, as one step."""
+        """Replaces the text, as one step."""
         old = self.state.document
         self.take(number, label, Document.read(text, old.prefix, old))
         self.renew()
 
     def renew(self) -> None:
-        """Writes the new words for old ones, as one step, and tells it."""
+        """Replaces old words by new ones, as one step, and sends a note."""
         old = self.state.document
         if next(find_old_words(old.data), None) is None:
             return
@@ -173,7 +172,7 @@ class EditedScenario:
         try:
             content, words = renewed_text(content, "scenario")
         except ScenarioError:
-            # What is left is told among the faults.
+            # The faults list the remaining ones.
             return
         told = ", ".join(map(repr, words))
         label = f"Write {TAG!r} for {told}"
@@ -185,13 +184,13 @@ class EditedScenario:
     def take(
         self, number: Any, label: str, document: Document, key: Any = None
     ) -> None:
-        """Takes another document, as one step, and tells it.
+        """Replaces the document, as one step, and sends it.
 
         Args:
-            number: That of the message that asked for it.
-            label: What was done.
-            document: What there is now.
-            key: Steps of one key that follow each other at once become one.
+            number: The id of the message that caused it.
+            label: The label of the step.
+            document: The new document.
+            key: Steps with the same key shortly after each other are merged.
         """
         state, old = self.state, self.state.document
         patches = difference(old.text, document.text)
@@ -203,7 +202,7 @@ class EditedScenario:
         self.tell(number, old.data)
 
     def tell(self, number: Any, before: Any) -> None:
-        """Tells the state, the faults and the text."""
+        """Sends the state, the faults and the text."""
         self.send_state(number, before)
         self.send_faults(number)
         self.send_text(number)
@@ -218,18 +217,18 @@ class EditedScenario:
             callback(message)
 
     def send_state(self, number: Any, before: Any) -> None:
-        """Sends the state; all of it unless it is known what was before."""
+        """Sends the changes of the state, or all of it without `before`."""
         self.send("state", number, **self.state.state(before))
 
     def send_faults(self, number: Any = None) -> None:
-        """Sends what is wrong."""
+        """Sends the faults."""
         state = self.state
         self.send(
             "faults", number, revision=state.revision, faults=state.faults()
         )
 
     def send_text(self, number: Any) -> None:
-        """Sends the text, and the lines of what can be selected."""
+        """Sends the text, and the lines of selectable parts."""
         state = self.state
         self.send(
             "text",
@@ -243,7 +242,7 @@ class EditedScenario:
         )
 
     def send_catalog(self, number: Any = None) -> None:
-        """Sends what can be chosen."""
+        """Sends the choices."""
         if not self._catalog:
             self._catalog = {
                 "schema": form_schema(),
@@ -263,7 +262,7 @@ class EditedScenario:
         self.send("catalog", number, **self._catalog)
 
     def _check_names(self) -> None:
-        """Asks the worker for what only it can tell."""
+        """Requests the checks of the worker."""
         document = self.state.document
         if self.worker is None or document.problem:
             return
@@ -276,7 +275,7 @@ class EditedScenario:
         self._ticket = ticket, document.data
 
     def _hear(self, message: dict[str, Any]) -> None:
-        """Takes a message of the worker."""
+        """Handles a message of the worker."""
         with self._lock:
             kind = message.get("kind")
             content = {key: it for key, it in message.items() if key != "kind"}

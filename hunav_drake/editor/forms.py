@@ -1,4 +1,4 @@
-"""What forms need to know: the schema, and what is so by default."""
+"""The schema and the default values for forms."""
 
 import functools
 from typing import Any
@@ -21,13 +21,13 @@ _CHOICES = (WALLS, FURNITURE, ROBOTS, DRIVES, SENSORS)
 
 
 def form_schema() -> dict[str, Any]:
-    """Returns the JSON schema of a scenario; deferred choices are unknown."""
+    """Returns the JSON schema of a scenario, without deferred choices."""
     return _schema(tuple(tuple(registry) for registry in _CHOICES))
 
 
 @functools.cache
 def _schema(choices: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
-    """Makes the schema, again when other choices are registered."""
+    """Returns the schema; the cache depends on the registered choices."""
     del choices
     with registered_only(*DEFERRED):
         return scenario_json_schema()

@@ -1,4 +1,4 @@
-"""Finds the nearest place where nothing stands."""
+"""Finds the nearest free place."""
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
@@ -11,23 +11,23 @@ import shapely
 from hunav_drake.editor.document.plain_data import get
 from hunav_drake.scenario.error import Loc
 
-# How far is looked, and how finely, in meters; in how many directions.
+# The range and the step of the search, in meters, and its directions.
 _FARTHEST = 6.0
 _STEP = 0.1
 _DIRECTIONS = 16
 
-# What is kept free around a body, in meters.
+# The clearance around a body, in meters.
 _MARGIN = 1e-3
 
-# What a body has that says nothing of its radius, in meters.
+# The default radius of a body, in meters.
 _RADIUS = 0.35
 
 
 class FreePlaces:
-    """The places that the outlines of a world leave free."""
+    """Finds places outside the outlines of a world."""
 
     def __init__(self, outlines: Mapping[str, Mapping[str, Any]]) -> None:
-        """Takes outlines as the map draws them; see `Outlines`."""
+        """Constructs it for the outlines of the map: see `Outlines`."""
         self._outlines = [it for it in outlines.values() if it["height"] > 0]
 
     @cached_property

@@ -74,7 +74,7 @@ export function makeStore(host) {
     edit(label, ops, outlines = null) {
       if (!ops.length) return;
       if (!store.readable) {
-        store.say("The text cannot be read; mend it first, or undo.");
+        store.say("The text cannot be read; fix it first, or undo.");
         return;
       }
       nextPreview = null;
