@@ -225,7 +225,7 @@ def test_what_was_not_saved_outlives_the_server(open_editor, tmp_path):
     assert editor.server.page.port == port
     assert editor.session.text == SMALL
     dialog = editor.page.locator("dialog[open]")
-    editor.expect(dialog).to_contain_text("not saved")
+    editor.expect(dialog).to_contain_text("unsaved changes")
     # Whoever does not answer is asked again.
     editor.page.reload()
     dialog.get_by_role("button", name="Restore").click()
