@@ -1,7 +1,7 @@
 """The command `hunav bench`."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import contextlib
 import dataclasses
 import importlib.util
@@ -11,7 +11,11 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import DONE, FAILED, input_errors
-from hunav_drake.commands.options import add_import_option, whole_number
+from hunav_drake.commands.options import (
+    add_import_option,
+    progress_bar,
+    whole_number,
+)
 from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
@@ -167,7 +171,7 @@ def _bench(options: argparse.Namespace) -> int:
                 folder=path.parent if path.is_file() else None,
                 imports=tuple(getattr(options, "imports", ())),
                 fresh=options.fresh,
-                progress=stack.enter_context(_Progress(options)).show,
+                progress=stack.enter_context(_progress(options)),
             )
         if options.replays:
             _write_replays(result, out, options)
@@ -245,20 +249,12 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
 def _write_replays(
     result: "SuiteResult", out: Path, options: argparse.Namespace
 ) -> None:
-    from tqdm import tqdm
-
     from hunav_drake.views.suite_replays import WriteReplays
 
-    disable = True if options.quiet else None
     with (
-        tqdm(disable=disable, leave=False, unit="replay") as bar,
+        progress_bar("replays", options.quiet) as (_, show),
         input_errors(RuntimeError),
     ):
-
-        def show(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
         WriteReplays(
             result,
             out,
@@ -352,36 +348,27 @@ def _print_outcomes(result: "SuiteResult") -> None:
         print(line)
 
 
-class _Progress:
-    """Shows the number of finished runs, if the output is a terminal."""
+@contextlib.contextmanager
+def _progress(
+    options: argparse.Namespace,
+) -> Iterator["Callable[[RunRow, int, int], None]"]:
+    """Yields a function that shows the finished runs in a progress bar."""
+    from hunav_drake.runs.run_row import FAILED
 
-    def __init__(self, options: argparse.Namespace) -> None:
-        from tqdm import tqdm
+    amount, count, failures = 0.0, 0, 0
+    with progress_bar("runs", options.quiet) as (bar, show_count):
 
-        disable = True if options.quiet else None
-        self._bar = tqdm(total=0, disable=disable, leave=False, unit="run")
-        self._metric = options.show
-        self._sum = self._count = self._failures = 0.0
+        def show(row: "RunRow", done: int, total: int) -> None:
+            nonlocal amount, count, failures
+            failures += row.end_reason in FAILED
+            value = row.metrics.get(options.show, math.nan)
+            if math.isfinite(value):
+                amount += value
+                count += 1
+            texts = {"failures": str(failures)}
+            if count:
+                texts[options.show] = f"{amount / count:.3g}"
+            bar.set_postfix(texts, refresh=False)
+            show_count(done, total)
 
-    def __enter__(self) -> "_Progress":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def show(self, row: "RunRow", done: int, total: int) -> None:
-        from hunav_drake.runs.run_row import FAILED
-
-        value = row.metrics.get(self._metric, math.nan)
-        if math.isfinite(value):
-            self._sum += value
-            self._count += 1
-        self._failures += row.end_reason in FAILED
-        if self._bar.disable:
-            return
-        self._bar.total = total
-        told = {"failures": f"{self._failures:.0f}"}
-        if self._count:
-            told[self._metric] = f"{self._sum / self._count:.3g}"
-        self._bar.set_postfix(told, refresh=False)
-        self._bar.update(done - self._bar.n)
+        yield show

@@ -217,11 +217,11 @@ def _make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
             add(command)
     # For `hunav completion`.
     parser.set_defaults(make_parser=_make_parser)
-    for command in _all_commands(parser):
-        _add_debug_option(command)
-        called = command.prog.removeprefix(parser.prog).strip()
+    for it in _all_commands(parser):
+        _add_debug_option(it)
+        called = it.prog.removeprefix(parser.prog).strip()
         if called in EXAMPLES:
-            command.epilog = f"Example: {EXAMPLES[called]}"
+            it.epilog = f"Example: {EXAMPLES[called]}"
     return parser
 
 

@@ -84,6 +84,17 @@ def write_output(text: str, options: argparse.Namespace, done: str) -> int:
     return DONE
 
 
+@contextmanager
+def output_errors(out: Path) -> Iterator[None]:
+    """Turns errors of writing results to `--out` into InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(os_error_text(error, f"--out {out}")) from error
+    except ValueError as error:
+        raise InputError(f"--out {out}: {error}") from error
+
+
 def check_output(path: Path, force: bool = True) -> None:
     """Checks that a file does not exist, unless forced, and its folder does."""
     if path.exists() and not force:

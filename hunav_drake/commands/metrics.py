@@ -7,10 +7,9 @@ from hunav_drake.commands.errors import (
     DONE,
     check_out,
     input_errors,
-    os_error_text,
+    output_errors,
 )
 from hunav_drake.commands.options import add_format_option, add_import_option
-from hunav_drake.systems.common.input_error import InputError
 
 
 def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
@@ -99,13 +98,8 @@ def _evaluate(options: argparse.Namespace) -> int:
     # Before printing, which the reader of a pipe may end early.
     folder = None
     if options.out is not None:
-        try:
+        with output_errors(options.out):
             folder = WriteResult(result, options.out, format=options.format)
-        except OSError as error:
-            place = f"--out {options.out}"
-            raise InputError(os_error_text(error, place)) from error
-        except ValueError as error:
-            raise InputError(f"--out {options.out}: {error}") from error
     if options.json:
         from hunav_drake.runs.run_row import make_row, result_to_json
 

@@ -1,7 +1,8 @@
 """Options that several commands of `hunav` share, and examples of commands."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+import contextlib
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
@@ -92,6 +93,26 @@ def whole_number(least: int, end: str = "2^63") -> Callable[[str], int]:
         return int(text)
 
     return parse
+
+
+@contextlib.contextmanager
+def progress_bar(
+    unit: str, quiet: bool = False
+) -> Iterator[tuple[Any, Callable[[int, int], None]]]:
+    """Yields a progress bar, and a function that shows done and total.
+
+    It is shown only if the output is a terminal.
+    """
+    from tqdm import tqdm
+
+    disable = True if quiet else None
+    with tqdm(unit=f" {unit}", disable=disable, leave=False) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield bar, show
 
 
 def load_scenario(

@@ -1,14 +1,16 @@
 """The command `hunav render`."""
 
 import argparse
-from collections.abc import Callable, Iterator
-import contextlib
 from pathlib import Path
 import re
 from typing import TYPE_CHECKING
 
 from hunav_drake.commands.errors import DONE, check_output, input_errors
-from hunav_drake.commands.options import add_import_option, overlay_names
+from hunav_drake.commands.options import (
+    add_import_option,
+    overlay_names,
+    progress_bar,
+)
 from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
@@ -149,24 +151,10 @@ def _render(options: argparse.Namespace) -> int:
         overlays=options.overlays,
         shadows=not options.no_shadows,
     )
-    with contextlib.ExitStack() as stack, input_errors(ValueError):
-        progress = None
-        if not options.quiet:
-            progress = stack.enter_context(_progress_bar())
-        path = RenderFilm(options.run, output, config, progress=progress)
+    with (
+        progress_bar("frames", options.quiet) as (_, show),
+        input_errors(ValueError),
+    ):
+        path = RenderFilm(options.run, output, config, progress=show)
     print(f"Wrote {path}")
     return DONE
-
-
-@contextlib.contextmanager
-def _progress_bar() -> Iterator[Callable[[int, int], None]]:
-    """Shows the number of finished frames, if the output is a terminal."""
-    from tqdm import tqdm
-
-    with tqdm(unit=" frames", disable=None, leave=False) as bar:
-
-        def show(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        yield show

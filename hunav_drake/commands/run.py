@@ -15,7 +15,7 @@ from hunav_drake.commands.errors import (
     FAILED,
     check_out,
     input_errors,
-    os_error_text,
+    output_errors,
 )
 from hunav_drake.commands.options import (
     add_format_option,
@@ -26,7 +26,6 @@ from hunav_drake.commands.options import (
     tell_doubts,
     whole_number,
 )
-from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
@@ -275,15 +274,10 @@ def _keep(
             SaveReplay(meshcat, replay)
         WriteReport(result, folder / "report.html", replay=replay)
 
-    try:
+    with output_errors(options.out):
         folder = WriteResult(
             result, options.out, format=options.format, add=add_pages
         )
-    except OSError as error:
-        place = f"--out {options.out}"
-        raise InputError(os_error_text(error, place)) from error
-    except ValueError as error:
-        raise InputError(f"--out {options.out}: {error}") from error
     lines = [
         f"Wrote the run to {folder}",
         f"Report, for a browser: {folder / 'report.html'}",

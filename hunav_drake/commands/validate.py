@@ -6,7 +6,11 @@ import sys
 from typing import TYPE_CHECKING
 
 from hunav_drake.commands.errors import DONE, input_errors
-from hunav_drake.commands.options import add_import_option, whole_number
+from hunav_drake.commands.options import (
+    add_import_option,
+    progress_bar,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from hunav_drake.validation.case import Outcome
@@ -83,13 +87,19 @@ def _validate(options: argparse.Namespace) -> int:
         return DONE
     _check_places(options)
     settings = [Setting(m, options.seed, options.quick) for m in models]
-    with _Progress(len(cases) * len(settings)) as progress:
+    with progress_bar("cases") as (bar, _):
+        bar.total = len(cases) * len(settings)
+
+        def show(outcome: "Outcome") -> None:
+            bar.set_description_str(f"{outcome.case}, {outcome.model}")
+            bar.update()
+
         outcomes = run_cases(
             cases,
             settings,
             workers=options.workers,
             imports=tuple(getattr(options, "imports", ())),
-            progress=progress.show,
+            progress=show,
         )
     # Before printing, which the reader of a pipe may end early.
     written = _write(outcomes, options)
@@ -147,22 +157,3 @@ def _write(
         with input_errors():
             written.append(WriteValidationMarkdown(outcomes, options.markdown))
     return written
-
-
-class _Progress:
-    """Shows the number of finished cases, if the output is a terminal."""
-
-    def __init__(self, total: int) -> None:
-        from tqdm import tqdm
-
-        self._bar = tqdm(total=total, disable=None, leave=False)
-
-    def __enter__(self) -> "_Progress":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def show(self, outcome: "Outcome") -> None:
-        self._bar.set_description_str(f"{outcome.case}, {outcome.model}")
-        self._bar.update()

@@ -16,19 +16,16 @@ from hunav_drake.editor.edited_scenario import EditedScenario
 from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.imports import imported
 from hunav_drake.editor.messages import (
-    Cancel,
     Edit,
-    Hello,
     Import,
     Open,
     Preview,
-    Redo,
     Reload,
+    Request,
     Run,
     Save,
     Trace,
     TypedText,
-    Undo,
     UseBackground,
     UseTemplate,
 )
@@ -42,7 +39,7 @@ from hunav_drake.scenarios import shipped_names, shipped_text
 _MAX_RUNS = 1000
 
 
-def _hello(session: EditedScenario, message: Hello) -> None:
+def _hello(session: EditedScenario, message: Request) -> None:
     session.send_catalog(message.id)
     session.send_state(message.id, None)
     session.send_faults(message.id)
@@ -127,32 +124,19 @@ def _text(session: EditedScenario, message: TypedText) -> None:
     session.take(message.id, "Typing", document, "typing")
 
 
-def _undo(session: EditedScenario, message: Undo) -> None:
-    found = session.state.steps.undo(session.text)
-    _return_to(session, message.id, found, "undo")
-
-
-def _redo(session: EditedScenario, message: Redo) -> None:
-    found = session.state.steps.redo(session.text)
-    _return_to(session, message.id, found, "redo")
-
-
-def _return_to(
-    session: EditedScenario,
-    number: Any,
-    found: tuple[str, Any] | None,
-    what: str,
-) -> None:
-    if found is None:
-        raise OperationError(f"there is nothing to {what}")
-    text, data = found
+def _undo_or_redo(session: EditedScenario, message: Request) -> None:
     state, old = session.state, session.state.document
+    step = state.steps.undo if message.do == "undo" else state.steps.redo
+    found = step(session.text)
+    if found is None:
+        raise OperationError(f"there is nothing to {message.do}")
+    text, data = found
     # The data of the step share parts with the current data.
     like = dc.replace(old, data=data)
     state.document = Document.read(text, old.prefix, like)
     state.revision += 1
     state.look()
-    session.tell(number, old.data)
+    session.tell(message.id, old.data)
 
 
 def _save(session: EditedScenario, message: Save) -> None:
@@ -304,7 +288,7 @@ def _run(session: EditedScenario, message: Run) -> None:
     session.worker.run(request, message.id)
 
 
-def _cancel(session: EditedScenario, message: Cancel) -> None:
+def _cancel(session: EditedScenario, message: Request) -> None:
     if session.worker is None:
         raise OperationError("there is nothing to stop")
     session.worker.cancel()
@@ -325,20 +309,20 @@ def _is_present(
     return False
 
 
-COMMANDS: dict[type[Any], Callable[[EditedScenario, Any], None]] = {
-    Hello: _hello,
-    Edit: _edit,
-    Preview: _preview,
-    TypedText: _text,
-    Undo: _undo,
-    Redo: _redo,
-    Save: _save,
-    Reload: _reload,
-    Open: _open,
-    UseTemplate: _template,
-    Import: _import,
-    UseBackground: _background,
-    Trace: _trace,
-    Run: _run,
-    Cancel: _cancel,
+COMMANDS: dict[str, Callable[[EditedScenario, Any], None]] = {
+    "hello": _hello,
+    "edit": _edit,
+    "preview": _preview,
+    "text": _text,
+    "undo": _undo_or_redo,
+    "redo": _undo_or_redo,
+    "save": _save,
+    "reload": _reload,
+    "open": _open,
+    "template": _template,
+    "import": _import,
+    "background": _background,
+    "trace": _trace,
+    "run": _run,
+    "cancel": _cancel,
 }

@@ -1,6 +1,7 @@
 """The edited scenario, and the messages to its views."""
 
 from collections.abc import Callable, Sequence
+import functools
 from pathlib import Path
 import threading
 from typing import Any
@@ -9,21 +10,34 @@ from hunav_drake.editor.background import Background, map_background
 from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.steps import Step
 from hunav_drake.editor.document.text_patch import difference
+from hunav_drake.editor.faults import DEFERRED
 from hunav_drake.editor.files import SessionFile
-from hunav_drake.editor.forms import form_defaults, form_schema
 from hunav_drake.editor.state import State
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
+from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.scenario.old_words import find_old_words, renewed_text
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.templates import list_templates
-from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.scenario.writer import SaveScenario, plain
 from hunav_drake.scenarios import shipped_names
+from hunav_drake.systems.common.choice_loading import (
+    UnloadedChoice,
+    registered_only,
+)
 from hunav_drake.systems.common.old_words import TAG
+from hunav_drake.systems.robot.drives import DRIVES
+from hunav_drake.systems.robot.robot_config import ROBOTS
+from hunav_drake.systems.sensing.sensor_config import SENSORS
+from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.shapes import WALLS
 
 Callback = Callable[[dict[str, Any]], None]
 
 # Messages of the worker that views get unchanged.
 _PASSED_ON = ("worker", "runs", "frame", "result", "summary")
+
+# The choices that are known without loading deferred ones.
+_CHOICES = (WALLS, FURNITURE, ROBOTS, DRIVES, SENSORS)
 
 
 class EditedScenario:
@@ -245,8 +259,8 @@ class EditedScenario:
         """Sends the choices."""
         if not self._catalog:
             self._catalog = {
-                "schema": form_schema(),
-                "defaults": form_defaults(),
+                "schema": _form_schema(),
+                "defaults": _form_defaults(),
                 "behaviors": [],
                 "planners": [],
                 "models": [],
@@ -308,3 +322,33 @@ class EditedScenario:
             state.models = models
             self.send_state(None, self.data)
         self.send_faults()
+
+
+def _form_schema() -> dict[str, Any]:
+    """Returns the JSON schema of a scenario, without deferred choices."""
+    return _schema(tuple(tuple(registry) for registry in _CHOICES))
+
+
+@functools.cache
+def _schema(choices: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+    """Returns the schema; the cache depends on the registered choices."""
+    del choices
+    with registered_only(*DEFERRED):
+        return scenario_json_schema()
+
+
+def _form_defaults() -> dict[str, Any]:
+    """Returns the default scenario as plain data."""
+    with registered_only(*DEFERRED):
+        result: dict[str, Any] = _named(plain(Scenario()))
+    return result
+
+
+def _named(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _named(item) for key, item in data.items()}
+    if isinstance(data, list):
+        return [_named(item) for item in data]
+    if isinstance(data, UnloadedChoice):
+        return {key: plain(item) for key, item in data.as_data().items()}
+    return data

@@ -47,15 +47,15 @@ class FreePlaces:
         radius: float,
         first: tuple[float, float] | None = None,
     ) -> tuple[float, float] | None:
-        """Returns the place nearest to another one where a disc has room.
+        """Returns the nearest free place for a disc.
 
         Args:
-            place: Where to look, in meters.
-            radius: That of the disc, in meters.
-            first: A place that is taken if there is room.
+            place: The center of the search, in meters.
+            radius: The radius of the disc, in meters.
+            first: A place that is preferred if it is free.
 
         Returns:
-            The place in whole millimeters; None if there is none in 6 m.
+            The place in whole millimeters; None if there is none within 6 m.
         """
         if first is not None and self._are_free([first], radius)[0]:
             return first
@@ -81,10 +81,7 @@ class FreePlaces:
 
 
 def radius_at(loc: Loc, data: Any) -> float:
-    """Returns the radius of what stands at a place of a scenario, in meters.
-
-    A person's goal is a point.
-    """
+    """Returns the radius of a body by its path, in meters; 0 for a goal."""
     if len(loc) > 2 and loc[2] == "goals":
         return 0.0
     holder: Iterable[Any] = loc[:2] if loc[0] == "humans" else loc[:1]

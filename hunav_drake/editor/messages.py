@@ -44,10 +44,10 @@ class Message:
 
 
 @_message
-class Hello(Message):
-    """Requests the whole state, for a new view."""
+class Request(Message):
+    """Requests the whole state, or a step of the history, or a stop of runs."""
 
-    do: Literal["hello"]
+    do: Literal["hello", "undo", "redo", "cancel"]
 
 
 @_message
@@ -76,20 +76,6 @@ class TypedText(Message):
     do: Literal["text"]
     base: StrictInt
     text: Text
-
-
-@_message
-class Undo(Message):
-    """Undoes the last step."""
-
-    do: Literal["undo"]
-
-
-@_message
-class Redo(Message):
-    """Redoes the step that was undone last."""
-
-    do: Literal["redo"]
 
 
 @_message
@@ -178,20 +164,11 @@ class Run(Message):
     workers: Annotated[StrictInt, Field(ge=1, le=256)] = 1
 
 
-@_message
-class Cancel(Message):
-    """Stops the runs."""
-
-    do: Literal["cancel"]
-
-
 AnyMessage = (
-    Hello
+    Request
     | Edit
     | Preview
     | TypedText
-    | Undo
-    | Redo
     | Save
     | Reload
     | Open
@@ -200,12 +177,15 @@ AnyMessage = (
     | UseBackground
     | Trace
     | Run
-    | Cancel
 )
 _ADAPTER: TypeAdapter[AnyMessage] = TypeAdapter(
     Annotated[AnyMessage, Field(discriminator="do")]
 )
-_KINDS = [get_args(it.__annotations__["do"])[0] for it in get_args(AnyMessage)]
+_KINDS = [
+    kind
+    for message in get_args(AnyMessage)
+    for kind in get_args(message.__annotations__["do"])
+]
 
 
 class MessageError(ValueError):

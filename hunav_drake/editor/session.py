@@ -24,7 +24,7 @@ class EditSession(EditedScenario):
             number = id_of(message)
             try:
                 known = read_message(message)
-                COMMANDS[type(known)](self, known)
+                COMMANDS[known.do](self, known)
             except (
                 MessageError,
                 OperationError,

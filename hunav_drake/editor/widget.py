@@ -86,14 +86,14 @@ class ScenarioEditor(anywidget.AnyWidget):
     def __repr__(self) -> str:
         path = self._session.state.file.path
         command = f"hunav edit {path or 'FILE'}"
-        return f"The editor of a scenario. If it is not seen here: {command}"
+        return f"The scenario editor. If it is not visible here: {command}"
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario as it is now.
+        """The current scenario.
 
         Raises:
-            ScenarioError: While it has faults.
+            ScenarioError: If it has faults.
         """
         return self._session.scenario
 
@@ -104,7 +104,7 @@ class ScenarioEditor(anywidget.AnyWidget):
 
     @property
     def faults(self) -> list[dict[str, Any]]:
-        """What is wrong with it: mappings of path, message, remedy, ..."""
+        """Its faults: mappings with path, message, remedy, ..."""
         return self._session.faults
 
     @property

@@ -254,8 +254,8 @@ def _pairs(
             raise ValueError(
                 f"the {on} {shown(side)} has more than one run with"
                 f" {first}; name"
-                " the columns in which they differ in `pair`, or choose the"
-                " runs beforehand"
+                " the columns in which they differ in `pair`, or select runs"
+                " first"
             )
         tables.append(part)
     one = over_all_seeds(tables[0], tables[1], keys)

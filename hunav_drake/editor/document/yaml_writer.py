@@ -233,7 +233,7 @@ class YamlWriter:
         removed = [i for tag, i, _ in moves if tag == "remove"]
         place = chunks[0][0]
         flow = _is_flow(node.value[0])
-        # What comes in at one place comes there in order.
+        # Items that are inserted at one index keep their order.
         inserted: dict[int, str] = {}
         for tag, i, j in moves:
             if tag == "same":
@@ -333,9 +333,9 @@ def _mark_flow(parent: Any, node: Any) -> None:
 
 
 def _matched(old: list[Any], new: list[Any]) -> list[tuple[str, int, int]]:
-    """Returns how one list becomes another: (what, from index, to index).
+    """Returns the moves from one list to another: (tag, from, to).
 
-    What is "same" stays in its place, and may differ inside.
+    Items with the tag "same" stay in place, and may differ inside.
     """
     count = len(old)
     head = 0

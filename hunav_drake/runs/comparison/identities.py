@@ -150,7 +150,7 @@ IDENTITIES: tuple[tuple[int, str, str, Identity], ...] = (
     (3, "both", "shares of zones sum to 100 %, in crossing to 99", _zones),
     (4, "both", "the robot ends where it is nearest", _final_distance),
     (5, "both", "length = mean speed x recorded time", _length_and_speed),
-    (6, "both", "people walk as far, whatever the planner", _walked),
+    (6, "both", "people walk as far with every planner", _walked),
     (7, "both", "all runs complete, without collision", _all_complete),
     (8, FREE, "cruising speed alone 0.55 to 0.62 m/s", _cruises),
 )
