@@ -105,18 +105,16 @@ def check_output(path: Path, force: bool = True) -> None:
         )
 
 
-def check_out(directory: Path) -> None:
+def check_out(folder: Path, inner: str = "runs", option: str = "--out") -> None:
     """Checks that results can be written to a folder."""
     import tempfile
 
-    from hunav_drake.runs.run_folders import RUNS
-
     try:
-        (directory / RUNS).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=directory / RUNS):
+        (folder / inner).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder / inner):
             pass
     except OSError as error:
         raise InputError(
-            f"--out {directory}: cannot write there: {error.strerror}. Name a"
+            f"{option} {folder}: cannot write there: {error.strerror}. Name a"
             " folder that you may write to."
         ) from error

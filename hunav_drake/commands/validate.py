@@ -5,7 +5,7 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
 
-from hunav_drake.commands.errors import DONE, input_errors
+from hunav_drake.commands.errors import DONE, check_out, input_errors
 from hunav_drake.commands.options import (
     add_import_option,
     progress_bar,
@@ -85,7 +85,11 @@ def _validate(options: argparse.Namespace) -> int:
         for name in cases:
             print(f"{name:{width}}  {CASES[name].standards}")
         return DONE
-    _check_places(options)
+    # Before a long run.
+    if options.out is not None:
+        check_out(options.out, "")
+    if options.markdown is not None:
+        check_out(options.markdown.parent, "", "--markdown")
     settings = [Setting(m, options.seed, options.quick) for m in models]
     with progress_bar("cases") as (bar, _):
         bar.total = len(cases) * len(settings)
@@ -107,26 +111,6 @@ def _validate(options: argparse.Namespace) -> int:
     for path in written:
         print(f"Wrote {path}", file=sys.stderr)
     return DONE
-
-
-def _check_places(options: argparse.Namespace) -> None:
-    """Checks, before a long run, that its results can be written.
-
-    Raises:
-        InputError: If it cannot.
-    """
-    import tempfile
-
-    folders = {"--out": options.out}
-    if options.markdown is not None:
-        folders["--markdown"] = options.markdown.parent
-    for option, folder in folders.items():
-        if folder is None:
-            continue
-        with input_errors(place=f"{option} {folder}: cannot write there"):
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
 
 
 def _write(

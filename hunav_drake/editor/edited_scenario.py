@@ -259,7 +259,7 @@ class EditedScenario:
         """Sends the choices."""
         if not self._catalog:
             self._catalog = {
-                "schema": _form_schema(),
+                "schema": _form_schema(*map(tuple, _CHOICES)),
                 "defaults": _form_defaults(),
                 "behaviors": [],
                 "planners": [],
@@ -324,14 +324,9 @@ class EditedScenario:
         self.send_faults()
 
 
-def _form_schema() -> dict[str, Any]:
-    """Returns the JSON schema of a scenario, without deferred choices."""
-    return _schema(tuple(tuple(registry) for registry in _CHOICES))
-
-
 @functools.cache
-def _schema(choices: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
-    """Returns the schema; the cache depends on the registered choices."""
+def _form_schema(*choices: tuple[str, ...]) -> dict[str, Any]:
+    """Returns the schema of forms; `choices` are the keys of its cache."""
     del choices
     with registered_only(*DEFERRED):
         return scenario_json_schema()

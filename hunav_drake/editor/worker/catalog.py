@@ -60,10 +60,12 @@ def behavior_entry(name: str, tree: Tree, color: str) -> dict[str, Any]:
     picture = None
     if shutil.which("dot") is not None:
         svg = drawing.graph().create(format="svg", encoding="utf-8")
-        picture = _whole_picture(svg.decode())
+        text = svg.decode()
+        # Without the header of Graphviz.
+        picture = text[text.index("<svg") :]
     return {
         "name": name,
-        "help": _sentence(tree.documents.comments),
+        "help": " ".join(" ".join(tree.documents.comments[:1]).split()),
         "letter": _letters(name),
         "color": color,
         "ports": port_entries(tree),
@@ -109,13 +111,3 @@ def _letters(name: str) -> str:
     others = [other for other in BEHAVIORS if other != name]
     is_first = any(other[:1] == name[:1] for other in others)
     return name[: 1 + is_first].capitalize()
-
-
-def _sentence(comments: list[str]) -> str:
-    """Returns the comment at the head of a file, in one line."""
-    return " ".join(comments[0].split()) if comments else ""
-
-
-def _whole_picture(svg: str) -> str:
-    """Returns an SVG of Graphviz without its header."""
-    return svg[svg.index("<svg") :]

@@ -4,7 +4,13 @@ import re
 
 import pandas as pd
 
-from hunav_drake.runs.comparison.tables import ENDS, NOTE, mean_text, shown_unit
+from hunav_drake.runs.comparison.tables import (
+    ENDS,
+    NOTE,
+    by_place,
+    mean_text,
+    shown_unit,
+)
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text, why_not_goal
 from hunav_drake.runs.statistics import summarize
 from hunav_drake.runs.suite_result import KEYS, SuiteResult
@@ -54,12 +60,7 @@ def to_markdown(result: SuiteResult, command: str) -> str:
         f" {NOTE} Distances are between surfaces. The last column has the first"
         " digits of the cell's hash, which is in `suite.json`.",
     ]
-    keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
-    for scenario, setting in keys if len(runs) else ():
-        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
-        part.attrs = runs.attrs
-        if part.empty:
-            continue
+    for scenario, setting, part in by_place(runs):
         title = ", ".join(word for word in (scenario, setting) if word)
         lines += ["", f"## {title}", "", *_table(result, part)]
         ends = count_outcomes(part, ["planner"])

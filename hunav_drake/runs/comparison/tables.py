@@ -1,6 +1,6 @@
 """Tables of a suite, planners side by side, and as text."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import math
 
@@ -47,51 +47,42 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
+def by_place(runs: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
+    """Yields each scenario and setting, with its runs."""
+    if runs.empty:
+        return
+    keys = ["scenario", "setting"]
+    for (scenario, setting), part in runs.groupby(keys, sort=False):
+        part.attrs = runs.attrs
+        yield scenario, setting, part
+
+
 def scenario_tables(result: SuiteResult) -> list[Table]:
     """Returns a table for each scenario and setting: metrics by planner.
 
     For cells see `mean_text`. The paper's suite also has the paper's values.
     """
-    runs = result.runs()
-    if runs.empty:
-        return []
-    keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
     tables = []
-    for scenario, setting in keys:
-        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
-        if part.empty:
-            continue
-        part.attrs = runs.attrs
+    for scenario, setting, runs in by_place(result.runs()):
         published = printed_values(result.suite.name, scenario)
-        title = " ".join(word for word in (scenario, setting) if word)
-        table = _table(title, part, PAPER_METRICS, published)
-        tables += [table] if table else []
-    return tables
+        title = " ".join(filter(None, (scenario, setting)))
+        tables.append(_table(title, runs, PAPER_METRICS, published))
+    return [table for table in tables if table]
 
 
 def behavior_tables(result: SuiteResult) -> list[Table]:
     """Returns a table for each behavior, if there are several (Table IV)."""
-    runs = result.runs(by_behavior=True)
-    if runs.empty:
-        return []
     tables = []
-    for scenario, setting in dict.fromkeys(
-        zip(runs.scenario, runs.setting, strict=True)
-    ):
-        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
-        behaviors = part.behavior.unique()
-        if len(behaviors) < 2:
-            continue
-        for behavior in behaviors:
-            rows = part[part.behavior == behavior]
+    for scenario, setting, runs in by_place(result.runs(by_behavior=True)):
+        behaviors = runs.behavior.unique()
+        for behavior in behaviors if len(behaviors) > 1 else ():
+            rows = runs[runs.behavior == behavior]
             rows.attrs = runs.attrs
-            name = result.suite.name
-            published = printed_values(name, scenario, behavior)
-            place = " ".join(word for word in (scenario, setting) if word)
+            published = printed_values(result.suite.name, scenario, behavior)
+            place = " ".join(filter(None, (scenario, setting)))
             title = f"{place}, {behavior} people"
-            table = _table(title, rows, _BEHAVIOR_METRICS, published)
-            tables += [table] if table else []
-    return tables
+            tables.append(_table(title, rows, _BEHAVIOR_METRICS, published))
+    return [table for table in tables if table]
 
 
 def _table(

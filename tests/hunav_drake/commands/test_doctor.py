@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from hunav_drake.commands import doctor_findings as doctor
+from hunav_drake.commands import doctor
 
 
 def only(findings):
