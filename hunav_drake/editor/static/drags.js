@@ -8,7 +8,7 @@ import { copied, duplicateOps, wordsFor, withStart } from "./changes.js";
  * @param store
  * @param map
  * @param {{world: Function, snapped: Function, ended: Function}} host
- *   The place of an event; the same, snapped; and what is told of the end.
+ *   The place of an event; the snapped place; and a handler of the end.
  */
 export function makeDrags(store, map, { world, snapped, ended }) {
   const { element } = map;

@@ -51,7 +51,7 @@ export function makeStore(host) {
       return () => listeners.get(kind).delete(f);
     },
 
-    /** Tells the listeners of a kind. */
+    /** Calls the listeners of a kind. */
     tell(kind, message = {}) {
       for (const f of [...(listeners.get(kind) ?? [])]) f(message);
     },

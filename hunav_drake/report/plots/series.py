@@ -141,7 +141,7 @@ def plot_robot_speed(
     times, in the color of each run.
 
     Args:
-        data: One run, or several, each with a line of its own.
+        data: One run, or several, with one line for each.
         near: The gap below which a person is near, surface to surface, in
             meters.
         ax: Where to draw; by default a new figure.

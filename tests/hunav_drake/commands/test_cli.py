@@ -295,7 +295,7 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
     start = ["--set", "robot.start=[0, -3, 0]"]
     code, _, err = hunav("check", output, *start)
     assert code == 0
-    assert "the robot has no goal, so it stands for all 60 s" in err
+    assert "the robot has no goal, so it stands still for all 60 s" in err
     # Or it is told where the robot is, and where it goes.
     places = ["--start", 0, -3, 0, "--goal", 0, -4, 0, "--force"]
     words = ["import", place, "--map", folder / "map_cafe2.yaml", *places]
