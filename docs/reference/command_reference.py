@@ -9,7 +9,7 @@ HEAD = """# The command
 
 `hunav` is in `.venv/bin` of a clone, or on the path where the package is
 installed. It exits with 0 when done, 1 when the robot did not reach its goal,
-and 2 for bad input, which is told in one line; `--debug` shows the traceback.
+and 2 for bad input, with a message in one line; `--debug` shows the traceback.
 """
 
 

@@ -1,7 +1,7 @@
 """The command `hunav bench`."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 import contextlib
 import dataclasses
 import importlib.util
@@ -11,7 +11,11 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import DONE, FAILED, input_errors
-from hunav_drake.commands.options import add_import_option, whole_number
+from hunav_drake.commands.options import (
+    add_import_option,
+    progress_bar,
+    whole_number,
+)
 from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
@@ -21,46 +25,44 @@ if TYPE_CHECKING:
     from hunav_drake.runs.suite_result import SuiteResult
 
 
-def add_bench_command(commands: Any) -> None:
-    """Adds the command `hunav bench`."""
-    bench = commands.add_parser(
-        "bench",
-        help="compare planners over scenarios and seeds",
-        description="Runs all trials of a suite in worker processes, and prints"
-        " its tables. What is done already is not run again, so a suite that"
-        " was stopped goes on where it was.",
+def add_bench_options(bench: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav bench`."""
+    bench.description = (
+        "Runs all trials of a suite in worker processes, and prints its tables."
+        " Finished runs are not repeated, so an interrupted suite continues"
+        " where it stopped."
     )
     bench.set_defaults(function=_bench)
     bench.add_argument(
         "suite",
         nargs="?",
-        help="a shipped suite (paper, ...) or a file; without one, the shipped"
-        " suites are listed",
+        help="a shipped suite (paper, ...) or a file (default: list the shipped"
+        " suites)",
     )
     bench.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
         default=Path("out"),
-        help="the results are in a folder of the suite's name in DIR; out by"
-        " default",
+        help="write the results to a folder in DIR with the name of the suite"
+        " (default: out)",
     )
     bench.add_argument(
         "--workers",
         type=whole_number(1),
-        help="how many processes run trials; by default one per processor",
+        help="the number of worker processes (default: one per processor)",
     )
     bench.add_argument(
         "--seeds",
         type=whole_number(1),
-        help="how many seeds, instead of the suite's",
+        help="the number of seeds, instead of the suite's",
     )
     bench.add_argument(
         "--planner",
         nargs="+",
         default=[],
         metavar="NAME",
-        help="these planners, instead of the suite's",
+        help="the planners, instead of the suite's",
     )
     bench.add_argument(
         "--set",
@@ -75,15 +77,15 @@ def add_bench_command(commands: Any) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="run everything a second time with this change, and print its"
-        " tables beside: robot.type=pmb2",
+        help="run all trials a second time with this change, and print the"
+        " tables of both: robot.type=pmb2",
     )
     bench.add_argument(
         "--until",
         metavar="METRIC=WIDTH",
         type=_until,
-        help="stop a cell once the 95 %% interval of the mean of a metric is"
-        " within +- WIDTH",
+        help="stop a cell once the 95 %% confidence interval of a metric's mean"
+        " is within +- WIDTH",
     )
     bench.add_argument(
         "--show",
@@ -95,27 +97,27 @@ def add_bench_command(commands: Any) -> None:
         "--executor",
         choices=("processes", "dask"),
         default="processes",
-        help="who runs trials: processes here, or a Dask cluster",
+        help="run trials in processes on this machine, or on a Dask cluster",
     )
     bench.add_argument(
-        "--address", help="the scheduler of the Dask cluster, host:port"
+        "--address", help="the address of the Dask scheduler, host:port"
     )
     bench.add_argument(
         "--fresh",
         action="store_true",
-        help="run everything again; what was there is kept as runs_old.jsonl",
+        help="run all trials again; the old log is kept as runs_old.jsonl",
     )
     bench.add_argument(
         "--replays",
         action="store_true",
-        help="write a replay of the first seed of each cell, too: some seconds"
-        " and some MB each",
+        help="also write a replay of the first seed of each cell; each takes a"
+        " few seconds and a few MB",
     )
     bench.add_argument(
         "--markdown",
         type=Path,
         metavar="FILE",
-        help="write the main metrics as a page of Markdown, too",
+        help="also write the main metrics as a page of Markdown",
     )
     bench.add_argument(
         "--json", action="store_true", help="print JSON, not tables"
@@ -169,12 +171,12 @@ def _bench(options: argparse.Namespace) -> int:
                 folder=path.parent if path.is_file() else None,
                 imports=tuple(getattr(options, "imports", ())),
                 fresh=options.fresh,
-                progress=stack.enter_context(_Progress(options)).show,
+                progress=stack.enter_context(_progress(options)),
             )
         if options.replays:
             _write_replays(result, out, options)
         judgements = judge(result)
-        # First, for who reads what is printed may have enough of it early.
+        # Before printing, which the reader of a pipe may end early.
         with input_errors(place=out):
             report = WriteSuite(result, out, judgements)
         if options.markdown:
@@ -195,7 +197,7 @@ def _suite(options: argparse.Namespace) -> "Suite":
         changes["seeds"] = options.seeds
         changes["seeds_of"] = {}
     if options.planner:
-        # One that the suite has is as there.
+        # A planner of the suite keeps its parameters.
         known = {planner_overrides(it)[0]: it for it in suite.planners}
         changes["planners"] = [known.get(it, it) for it in options.planner]
     if options.overrides:
@@ -213,12 +215,12 @@ def _suite(options: argparse.Namespace) -> "Suite":
 
 @contextlib.contextmanager
 def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
-    """Yields an executor, or None for that of `RunSuite`, and its workers."""
+    """Yields an executor, or None for `RunSuite`'s own, and its workers."""
     if options.executor != "dask":
         if options.address:
             raise InputError("--address goes with --executor dask")
         if options.workers == 1:
-            # A process of its own: if it dies, the suite goes on.
+            # A separate process: if it dies, the suite continues.
             from hunav_drake.runs.worker_pool import WorkerPool
 
             with WorkerPool(1) as pool:
@@ -234,7 +236,8 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
 
     if not options.address:
         raise InputError(
-            "--executor dask needs --address HOST:PORT, that of its scheduler"
+            "--executor dask needs --address HOST:PORT, the address of the"
+            " scheduler"
         )
     try:
         with connect(options.address) as (executor, count):
@@ -246,20 +249,12 @@ def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
 def _write_replays(
     result: "SuiteResult", out: Path, options: argparse.Namespace
 ) -> None:
-    from tqdm import tqdm
-
     from hunav_drake.views.suite_replays import WriteReplays
 
-    disable = True if options.quiet else None
     with (
-        tqdm(disable=disable, leave=False, unit="replay") as bar,
+        progress_bar("replays", options.quiet) as (_, show),
         input_errors(RuntimeError),
     ):
-
-        def show(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
         WriteReplays(
             result,
             out,
@@ -337,7 +332,7 @@ def _print(
 
 
 def _print_outcomes(result: "SuiteResult") -> None:
-    """Prints why runs ended, and where all seeds are one trial."""
+    """Prints why runs ended, and where all seeds give the same trial."""
     from hunav_drake.runs.outcomes import outcome_text, why_not_goal
     from hunav_drake.runs.suite_result import KEYS
 
@@ -353,36 +348,27 @@ def _print_outcomes(result: "SuiteResult") -> None:
         print(line)
 
 
-class _Progress:
-    """Shows how many runs are done, if the output is a terminal."""
+@contextlib.contextmanager
+def _progress(
+    options: argparse.Namespace,
+) -> Iterator["Callable[[RunRow, int, int], None]"]:
+    """Yields a function that shows the finished runs in a progress bar."""
+    from hunav_drake.runs.run_row import FAILED
 
-    def __init__(self, options: argparse.Namespace) -> None:
-        from tqdm import tqdm
+    amount, count, failures = 0.0, 0, 0
+    with progress_bar("runs", options.quiet) as (bar, show_count):
 
-        disable = True if options.quiet else None
-        self._bar = tqdm(total=0, disable=disable, leave=False, unit="run")
-        self._metric = options.show
-        self._sum = self._count = self._failures = 0.0
+        def show(row: "RunRow", done: int, total: int) -> None:
+            nonlocal amount, count, failures
+            failures += row.end_reason in FAILED
+            value = row.metrics.get(options.show, math.nan)
+            if math.isfinite(value):
+                amount += value
+                count += 1
+            texts = {"failures": str(failures)}
+            if count:
+                texts[options.show] = f"{amount / count:.3g}"
+            bar.set_postfix(texts, refresh=False)
+            show_count(done, total)
 
-    def __enter__(self) -> "_Progress":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def show(self, row: "RunRow", done: int, total: int) -> None:
-        from hunav_drake.runs.run_row import FAILED
-
-        value = row.metrics.get(self._metric, math.nan)
-        if math.isfinite(value):
-            self._sum += value
-            self._count += 1
-        self._failures += row.end_reason in FAILED
-        if self._bar.disable:
-            return
-        self._bar.total = total
-        told = {"failures": f"{self._failures:.0f}"}
-        if self._count:
-            told[self._metric] = f"{self._sum / self._count:.3g}"
-        self._bar.set_postfix(told, refresh=False)
-        self._bar.update(done - self._bar.n)
+        yield show

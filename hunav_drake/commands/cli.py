@@ -1,11 +1,12 @@
 """The command `hunav`.
 
-Heavy modules are imported where they are used, so that the command starts
-fast.
+To start fast, it loads only the module of the command that is called, and
+heavy modules where they are used.
 """
 
 import argparse
 from collections.abc import Iterator, Sequence
+import importlib
 import io
 import os
 import re
@@ -14,10 +15,6 @@ import traceback
 from typing import Any, NoReturn
 import warnings
 
-from hunav_drake.commands.bench import add_bench_command
-from hunav_drake.commands.differences import add_differences_command
-from hunav_drake.commands.doctor import add_doctor_command
-from hunav_drake.commands.edit import add_edit_command
 from hunav_drake.commands.errors import (
     BAD_INPUT,
     DONE,
@@ -26,18 +23,7 @@ from hunav_drake.commands.errors import (
     os_error_text,
     print_import_hint,
 )
-from hunav_drake.commands.metrics import add_metric_commands
 from hunav_drake.commands.options import AFTER_INTERRUPT, EXAMPLES
-from hunav_drake.commands.render import add_render_command
-from hunav_drake.commands.report import add_report_command
-from hunav_drake.commands.run import add_run_command
-from hunav_drake.commands.scenarios import (
-    add_completion_command,
-    add_new_command,
-    add_scenario_commands,
-)
-from hunav_drake.commands.tree import add_tree_commands
-from hunav_drake.commands.validate import add_validate_command
 from hunav_drake.systems.common.input_error import InputError, cut
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.trial.user_code import (
@@ -45,6 +31,33 @@ from hunav_drake.trial.user_code import (
     import_user_code,
     notes_of,
 )
+
+# The commands: the module of each, and its line of help.
+_COMMANDS = {
+    "run": ("run", "run a trial and print its metrics"),
+    "list": ("scenarios", "list the shipped scenarios"),
+    "check": ("scenarios", "check scenario files"),
+    "schema": ("scenarios", "show the JSON schema of scenarios, for editors"),
+    "import": ("scenarios", "convert an agents.yaml of HuNavSim to a scenario"),
+    "edit": ("edit", "edit a scenario in the browser"),
+    "evaluate": ("metrics", "compute the metrics of a recording"),
+    "metrics": ("metrics", "list and explain the metrics"),
+    "report": ("report", "make a report on all runs of a folder"),
+    "render": ("render", "make a film or a picture of a recorded run"),
+    "tree": ("tree", "show, check and convert behavior trees"),
+    "bench": ("bench", "compare planners over scenarios and seeds"),
+    "differences": (
+        "differences",
+        "list the differences from HuNavSim, with reasons",
+    ),
+    "validate": ("validate", "test how realistically motion models walk"),
+    "doctor": ("doctor", "check this installation, and run a short test"),
+    "new": ("scenarios", "write a small scenario to start from"),
+    "completion": (
+        "scenarios",
+        "print a script for the completion of commands in a shell",
+    ),
+}
 
 _INVALID_CHOICE = re.compile(
     r"argument (.*): invalid choice: '([^']*)' \(choose from (.*)\)"
@@ -55,25 +68,25 @@ _MISSING = "the following arguments are required: "
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command, and returns its exit code.
 
-    0 when done, 1 when a trial did not end at its goal, 2 for bad input.
+    0: done; 1: a trial did not end at its goal; 2: bad input.
     """
-    # A name in another script does not end a run whose output is ASCII.
+    # Names in other scripts do not fail where the output is ASCII.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     options = argparse.Namespace()
+    words = sys.argv[1:] if arguments is None else arguments
     imports: Sequence[str] = ()
     try:
-        options = _make_parser().parse_args(arguments)
+        options = _make_parser(words).parse_args(words)
         imports = getattr(options, "imports", ())
         with warnings.catch_warnings():
-            # Only the message is used, so its type does not name the rest.
+            # Its type is that of a function with more arguments.
             warnings.showwarning = _show_warning  # type: ignore[assignment]
             import_user_code(imports)
             code: int = options.function(options)
         sys.stdout.flush()
     except KeyboardInterrupt:
-        words = sys.argv[1:] if arguments is None else arguments
         command = next((word for word in words if word in EXAMPLES), "")
         hint = AFTER_INTERRUPT.get(command, "")
         print(
@@ -87,11 +100,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print_import_hint(error, options)
         return BAD_INPUT
     except BrokenPipeError:
-        # Whoever read the output, as in `hunav list | head`, has had enough.
+        # The reader of the output, as in `hunav list | head`, has ended.
         sys.stderr.close()
         return DONE
     except OSError as error:
-        # What is still to be written would fail again when Python ends.
+        # Output that is still buffered would fail again when Python ends.
         if isinstance(sys.stdout, io.TextIOWrapper):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print(f"hunav: {cut(os_error_text(error))}", file=sys.stderr)
@@ -100,22 +113,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if getattr(options, "debug", False):
             traceback.print_exc()
             return FAILED
-        # (By its name: to import it here would load what other commands do
-        # without.)
+        # By its name: an import would load modules that others do not need.
         if type(error).__name__ == "PlannerError":
             print(f"hunav: {cut(str(error))}", file=sys.stderr)
             return FAILED
-        # A planner of one's own may be named as module:Class, too.
+        # A user's planner may also be given as module:Class.
         own = imports or ":" in (getattr(options, "planner", None) or "")
         fault = fault_of_user_code(error) if own else ""
         if fault:
             print(f"hunav: {fault}", file=sys.stderr)
             return BAD_INPUT
-        words = " ".join(f"{type(error).__name__}: {error}".split())
+        told = " ".join(f"{type(error).__name__}: {error}".split())
         notes = "".join(f" ({note})" for note in notes_of(error))
         print(
-            f"hunav: {cut(words + notes)}\nhunav: this may be a fault of"
-            " hunav_drake; --debug shows where it comes from",
+            f"hunav: {cut(told + notes)}\nhunav: this may be a bug in"
+            " hunav_drake; --debug shows where it happens",
             file=sys.stderr,
         )
         return FAILED
@@ -127,10 +139,10 @@ def _show_warning(message: Warning | str, *_: object) -> None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Tells in one line what is wrong with the words of a command."""
+    """Parser that prints errors in one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Prints what is wrong, and exits."""
+        """Prints the error, and exits."""
         commands = [
             name
             for action in self._actions
@@ -142,7 +154,7 @@ class _Parser(argparse.ArgumentParser):
             names = re.findall(r"[\w-]+", match[3])
             near = did_you_mean(word, names)
             if len(names) == 1:
-                near = f"; to {names[0]} it, write {names[0]} before it"
+                near = f"; write {names[0]} before it to {names[0]} it"
             message = (
                 f"there is no command {word!r}{near}; valid: {', '.join(names)}"
                 if names == commands
@@ -158,7 +170,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 class _Version(argparse.Action):
-    """Prints the version; it is looked up only then."""
+    """Prints the version, which is looked up only then."""
 
     def __init__(self, option_strings: Any, dest: str, **settings: Any) -> None:
         """Constructs an option without a value."""
@@ -176,11 +188,18 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _make_parser() -> argparse.ArgumentParser:
+def _make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """Returns the parser.
+
+    Args:
+        words: The command line: only the commands in it get their options,
+            because loading the modules of all commands takes long. By default
+            all commands do.
+    """
     parser = _Parser(
         prog="hunav",
-        description="Simulates people around robots, and measures how socially"
-        " the robots navigate.",
+        description="Simulates people around robots, and evaluates how socially"
+        " robots navigate.",
     )
     parser.add_argument(
         "--version", action=_Version, help="show the version and exit"
@@ -188,24 +207,21 @@ def _make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(
         title="commands", required=True, metavar="COMMAND"
     )
-    add_run_command(commands)
-    add_scenario_commands(commands)
-    add_edit_command(commands)
-    add_metric_commands(commands)
-    add_report_command(commands)
-    add_render_command(commands)
-    add_tree_commands(commands)
-    add_bench_command(commands)
-    add_differences_command(commands)
-    add_validate_command(commands)
-    add_doctor_command(commands)
-    add_new_command(commands)
-    add_completion_command(commands, parser)
-    for command in _all_commands(parser):
-        _add_debug_option(command)
-        words = command.prog.removeprefix(parser.prog).strip()
-        if words in EXAMPLES:
-            command.epilog = f"Example: {EXAMPLES[words]}"
+    for name, (module, text) in _COMMANDS.items():
+        command = commands.add_parser(name, help=text)
+        if words is None or name in words:
+            add = getattr(
+                importlib.import_module(f"hunav_drake.commands.{module}"),
+                f"add_{name}_options",
+            )
+            add(command)
+    # For `hunav completion`.
+    parser.set_defaults(make_parser=_make_parser)
+    for it in _all_commands(parser):
+        _add_debug_option(it)
+        called = it.prog.removeprefix(parser.prog).strip()
+        if called in EXAMPLES:
+            it.epilog = f"Example: {EXAMPLES[called]}"
     return parser
 
 
@@ -224,9 +240,9 @@ def _add_debug_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--debug",
         action="store_true",
-        # Without a default, it may stand before and after the command.
+        # Without a default, it may come before or after the command.
         default=argparse.SUPPRESS,
-        help="show where in the code an error comes from",
+        help="show the traceback of an error",
     )
 
 

@@ -2,27 +2,25 @@
 
 import argparse
 import json
-from typing import Any
 
 from hunav_drake.commands.errors import write_output
 from hunav_drake.commands.options import add_output_options
 
 
-def add_differences_command(commands: Any) -> None:
-    """Adds the command `hunav differences`."""
-    parser = commands.add_parser(
-        "differences", help="list what is not as in HuNavSim, and why"
-    )
+def add_differences_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav differences`."""
     parser.set_defaults(function=_differences)
     form = parser.add_mutually_exclusive_group()
-    form.add_argument("--json", action="store_true", help="print it as data")
     form.add_argument(
-        "--markdown", action="store_true", help="print it as a page"
+        "--json", action="store_true", help="print the list as JSON"
+    )
+    form.add_argument(
+        "--markdown", action="store_true", help="print a page of Markdown"
     )
     form.add_argument(
         "--left",
         action="store_true",
-        help="only what is left with crowd.profile hunavsim",
+        help="only the differences that remain with crowd.profile hunavsim",
     )
     add_output_options(parser)
 

@@ -6,28 +6,26 @@ from pathlib import Path
 from typing import Any
 
 from hunav_drake.commands.errors import DONE, input_errors
-from hunav_drake.commands.options import add_import_option
+from hunav_drake.commands.options import add_import_option, whole_number
 from hunav_drake.systems.common.input_error import InputError
 
 _EXTRA = "hunav edit needs tornado: pip install 'hunav_drake[editor]'"
 
 
-def add_edit_command(commands: Any) -> None:
-    """Adds the command `hunav edit`."""
-    edit = commands.add_parser(
-        "edit",
-        help="edit a scenario in the browser",
-        description="Opens the editor of scenarios in the browser: a map on"
-        " which people, goals, walls and the robot are placed, forms for"
-        " everything else, and runs. It is served to this machine alone, until"
-        " Ctrl-C, or half a minute after its last page was closed.",
+def add_edit_options(edit: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav edit`."""
+    edit.description = (
+        "Opens the scenario editor in the browser: a map to place people,"
+        " goals, walls and the robot, forms for all other options, and runs."
+        " Only this machine can connect to it. It ends with Ctrl-C, or half a"
+        " minute after its last page is closed."
     )
     edit.set_defaults(function=_edit)
     edit.add_argument(
         "file",
         nargs="?",
-        help="a file, or the name of a shipped scenario; without one, the"
-        " editor shows templates",
+        help="a file, or the name of a shipped scenario (default: the editor"
+        " shows templates)",
     )
     edit.add_argument(
         "--name", help="the scenario to edit, if the file holds several"
@@ -35,42 +33,34 @@ def add_edit_command(commands: Any) -> None:
     edit.add_argument(
         "--template",
         metavar="T",
-        help="start with a template: corridor, crossing, office, cafe or room",
+        help="start from a template: corridor, crossing, office, cafe or room",
     )
     edit.add_argument(
         "--map",
         type=Path,
         metavar="M",
-        help="lay a map of ROS 2's map_server (.yaml) or a picture under it",
+        help="show a map of ROS 2's map_server (.yaml) as background",
     )
     edit.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
-        help="keep the results of runs in DIR; by default they are removed in"
-        " the end",
+        help="keep the results of runs in DIR (default: they are deleted when"
+        " the editor ends)",
     )
     edit.add_argument(
         "--port",
-        type=_port,
+        type=whole_number(0, "65536"),
         metavar="P",
-        help="the port on 127.0.0.1; 0 for any that is free; by default"
-        " always the same for a file, if it is free",
+        help="the port on 127.0.0.1; 0 for any free one (default: a fixed port"
+        " for each file, if it is free)",
     )
     edit.add_argument(
         "--no-browser",
         action="store_true",
-        help="print the address, but open no browser",
+        help="print the address, but do not open a browser",
     )
     add_import_option(edit)
-
-
-def _port(text: str) -> int:
-    if not text.isdecimal() or int(text) > 65535:
-        raise argparse.ArgumentTypeError(
-            f"must be a whole number up to 65535, got {text!r}"
-        )
-    return int(text)
 
 
 def _edit(options: argparse.Namespace) -> int:
@@ -114,14 +104,14 @@ def _edit(options: argparse.Namespace) -> int:
         with contextlib.suppress(KeyboardInterrupt):
             page.run(ready)
         if is_dirty[-1]:
-            print("What was not saved is kept by the browser.")
+            print("The browser keeps the unsaved changes.")
     return DONE
 
 
 def _session(
     options: argparse.Namespace, imports: tuple[str, ...], worker: Any
 ) -> Any:
-    """Returns a session on what the options name."""
+    """Returns a session on the file or template of the options."""
     from hunav_drake.editor.session import EditSession
     from hunav_drake.scenario.templates import template_text
     from hunav_drake.scenarios import shipped_names, shipped_text

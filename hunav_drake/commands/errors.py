@@ -20,13 +20,12 @@ def print_import_hint(error: Exception, options: argparse.Namespace) -> None:
     imports = getattr(options, "imports", ())
     if not imports and _UNKNOWN_PART.search(str(error)):
         print(
-            "hunav: import a part of your own with --import FILE",
-            file=sys.stderr,
+            "hunav: import your own parts with --import FILE", file=sys.stderr
         )
 
 
 def os_error_text(error: OSError, place: str | Path = "") -> str:
-    """Returns what is wrong at a place, by default the file it names."""
+    """Returns an OSError as text, with its place, by default its file."""
     place = place or error.filename or ""
     fault = error.strerror or str(error)
     return f"{place}: {fault}" if place else fault
@@ -36,9 +35,9 @@ def os_error_text(error: OSError, place: str | Path = "") -> str:
 def input_errors(
     *kinds: type[Exception], place: str | Path = ""
 ) -> Iterator[None]:
-    """Turns OSError and errors of these kinds into an InputError.
+    """Turns OSError and errors of these kinds into InputError.
 
-    An OSError is about `place`, by default the file that it names.
+    The message of an OSError names `place`, by default the error's file.
     """
     try:
         yield
@@ -53,7 +52,7 @@ def check_each(
     options: argparse.Namespace,
     describe: Callable[[str], str],
 ) -> int:
-    """Prints what each file holds, or its faults; returns the exit code."""
+    """Prints the content or the faults of each file; returns the exit code."""
     code = DONE
     for name in names:
         try:
@@ -66,7 +65,7 @@ def check_each(
 
 
 def write_output(text: str, options: argparse.Namespace, done: str) -> int:
-    """Writes a text to the file of `--output` and says so, or else prints it.
+    """Writes a text to the file of `--output`, or prints it.
 
     Raises:
         InputError: If the file exists, unless by `--force`, or cannot be
@@ -85,8 +84,19 @@ def write_output(text: str, options: argparse.Namespace, done: str) -> int:
     return DONE
 
 
+@contextmanager
+def output_errors(out: Path) -> Iterator[None]:
+    """Turns errors of writing results to `--out` into InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(os_error_text(error, f"--out {out}")) from error
+    except ValueError as error:
+        raise InputError(f"--out {out}: {error}") from error
+
+
 def check_output(path: Path, force: bool = True) -> None:
-    """Checks that a file is not there yet, unless by force, but its folder."""
+    """Checks that a file does not exist, unless forced, and its folder does."""
     if path.exists() and not force:
         raise InputError(f"{path} already exists; overwrite it with --force")
     if not path.resolve().parent.is_dir():
@@ -95,18 +105,16 @@ def check_output(path: Path, force: bool = True) -> None:
         )
 
 
-def check_out(directory: Path) -> None:
-    """Checks, before a run, that its results can be written."""
+def check_out(folder: Path, inner: str = "runs", option: str = "--out") -> None:
+    """Checks that results can be written to a folder."""
     import tempfile
 
-    from hunav_drake.runs.run_folders import RUNS
-
     try:
-        (directory / RUNS).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=directory / RUNS):
+        (folder / inner).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder / inner):
             pass
     except OSError as error:
         raise InputError(
-            f"--out {directory}: cannot write there: {error.strerror}. Name a"
+            f"{option} {folder}: cannot write there: {error.strerror}. Name a"
             " folder that you may write to."
         ) from error

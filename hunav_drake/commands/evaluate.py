@@ -16,7 +16,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.provenance import MakeSourceProvenance
 from hunav_drake.trial.result import MakeTrialResult, TrialResult
 
-# The value of `--walls` for a place without walls.
+# The value of `--walls` for an open space.
 NO_WALLS = "none"
 
 
@@ -29,12 +29,12 @@ def evaluate_file(
     walls: str | None = None,
     reference: Path | None = None,
 ) -> TrialResult:
-    """Computes the metrics of a recording, by options of `hunav evaluate`.
+    """Computes the metrics of a recording, with options of `hunav evaluate`.
 
     Raises:
         OSError: If a file cannot be read.
         ValueError: If a file is not a recording, or a name, the goal, its
-            tolerance or the walls are not valid.
+            tolerance or the walls are invalid.
     """
     select_metrics(metric_names)
     recording = ReadRecording(filename)
@@ -67,7 +67,7 @@ def evaluate_file(
 
 
 def lacks_walls(result: TrialResult) -> bool:
-    """Returns whether a metric lacks a value because walls are unknown."""
+    """Returns whether a metric has no value because walls are unknown."""
     if result.recording.walls_known:
         return False
     missing = result.metrics.index[result.metrics.isna()]
@@ -87,7 +87,7 @@ def _goal(text: str, recording: Recording) -> dict[str, Any]:
     x, y, *yaw = _numbers("--goal", "X,Y", text)
     tolerance = math.pi
     if yaw:
-        # A recording whose goal has no heading accepts any.
+        # A goal without a heading accepts any, so its tolerance is pi.
         known = recording.goal_yaw_tolerance
         tolerance = known if known < math.pi else GOAL_YAW_TOLERANCE
     return {"goal": (x, y, *(yaw or [0.0])), "goal_yaw_tolerance": tolerance}
@@ -100,7 +100,7 @@ def _tolerance(text: str) -> dict[str, Any]:
 
 
 def _numbers(option: str, needed: str, text: str) -> list[float]:
-    """Returns the numbers of an option: the required ones, and maybe a yaw."""
+    """Returns the numbers of an option: those needed, and perhaps a yaw."""
     count = needed.count(",") + 1
     try:
         numbers = [float(part) for part in text.split(",")]

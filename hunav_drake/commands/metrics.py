@@ -1,33 +1,25 @@
-"""The commands `hunav evaluate` and `hunav metrics`.
-
-Heavy modules are imported where they are used, so that the command starts
-fast.
-"""
+"""The commands `hunav evaluate` and `hunav metrics`."""
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from hunav_drake.commands.errors import (
     DONE,
     check_out,
     input_errors,
-    os_error_text,
+    output_errors,
 )
 from hunav_drake.commands.options import add_format_option, add_import_option
-from hunav_drake.systems.common.input_error import InputError
 
 
-def add_metric_commands(commands: Any) -> None:
-    """Adds the commands `hunav evaluate` and `hunav metrics`."""
-    evaluate = commands.add_parser(
-        "evaluate",
-        help="compute the metrics of a recording",
-        description="Computes the metrics of a recording. The file is"
-        " a .npz of a trial, a .csv with the columns time, agent, x, y (and"
-        " optionally yaw, vx, vy, omega, radius, behavior, group_id,"
-        ' behavior_status; the robot is the agent "robot"), or a .json with'
-        " the messages of HuNavSim at each step.",
+def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav evaluate`."""
+    evaluate.description = (
+        "Computes the metrics of a recording. The file is a .npz of a trial, a"
+        " .csv with the columns time, agent, x, y (and optionally yaw, vx, vy,"
+        " omega, radius, behavior, group_id, behavior_status; the robot is the"
+        ' agent "robot"), or a .json with the messages of HuNavSim at each'
+        " step."
     )
     evaluate.set_defaults(function=_evaluate)
     evaluate.add_argument("file", type=Path, help="the recording")
@@ -42,21 +34,21 @@ def add_metric_commands(commands: Any) -> None:
         "--goal",
         metavar="X,Y[,YAW]",
         help="the goal, in meters and radians, instead of the recording's;"
-        " write --goal=-1,2 if it begins with a minus sign",
+        " write --goal=-1,2 if it starts with a minus sign",
     )
     evaluate.add_argument(
         "--goal-tolerance",
         metavar="D[,YAW]",
         help="the largest distance and heading error at which the goal counts"
-        " as reached, in meters and radians, instead of the recording's, or of"
-        " 0.2 and 0.25",
+        " as reached, in meters and radians (default: that of the recording, or"
+        " 0.2 and 0.25)",
     )
     evaluate.add_argument(
         "--walls",
         metavar="SCENARIO",
         help='a scenario with the walls of the recording, or "none". A .csv or'
-        " .json holds no walls, and without them the metrics that depend on"
-        " walls have no value",
+        " .json has no walls; without walls, the metrics that depend on them"
+        " have no value",
     )
     evaluate.add_argument(
         "--reference",
@@ -73,9 +65,9 @@ def add_metric_commands(commands: Any) -> None:
     add_format_option(evaluate)
     add_import_option(evaluate)
 
-    metrics = commands.add_parser(
-        "metrics", help="list and explain the metrics"
-    )
+
+def add_metrics_options(metrics: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav metrics`."""
     metrics.set_defaults(function=_list)
     actions = metrics.add_subparsers(title="commands")
     show = actions.add_parser("show", help="show the definitions of metrics")
@@ -103,16 +95,11 @@ def _evaluate(options: argparse.Namespace) -> int:
             walls=options.walls,
             reference=options.reference,
         )
-    # First, for who reads what is printed may have enough of it early.
+    # Before printing, which the reader of a pipe may end early.
     folder = None
     if options.out is not None:
-        try:
+        with output_errors(options.out):
             folder = WriteResult(result, options.out, format=options.format)
-        except OSError as error:
-            place = f"--out {options.out}"
-            raise InputError(os_error_text(error, place)) from error
-        except ValueError as error:
-            raise InputError(f"--out {options.out}: {error}") from error
     if options.json:
         from hunav_drake.runs.run_row import make_row, result_to_json
 
@@ -121,7 +108,7 @@ def _evaluate(options: argparse.Namespace) -> int:
     print(FormatMetricsTable(result))
     if lacks_walls(result):
         print(
-            "\nThe walls are not known, so metrics that depend on them have no"
+            "\nThe walls are unknown, so metrics that depend on them have no"
             " value.\nGive the walls with --walls SCENARIO, or --walls none."
         )
     if folder is not None:

@@ -17,8 +17,7 @@ _DIRECTIONS = {
 def list_metrics() -> str:
     """Returns one line for each metric, by family: name, unit, definition.
 
-    A minus sign before the unit means that lower is better, a plus sign that
-    higher is better.
+    The sign before the unit is - if lower is better, + if higher is better.
     """
     width = shutil.get_terminal_size(fallback=(120, 24)).columns
     signs = {"lower": "-", "higher": "+", "none": " "}

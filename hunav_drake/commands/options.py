@@ -1,7 +1,8 @@
-"""Options that several commands of `hunav` share, and their examples."""
+"""Options that several commands of `hunav` share, and examples of commands."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+import contextlib
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
@@ -20,11 +21,11 @@ def add_import_option(parser: argparse.ArgumentParser) -> None:
         "--import",
         dest="imports",
         action="append",
-        # Without a default, it may stand before and after a second word.
+        # Without a default, it may come before or after a second word.
         default=argparse.SUPPRESS,
         metavar="MODULE",
-        help="import a module or file.py of your own that registers tree nodes,"
-        " motion models, planners or metrics",
+        help="import your module or file.py that registers tree nodes, motion"
+        " models, planners or metrics",
     )
 
 
@@ -45,7 +46,7 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
 
 
 def overlay_names(text: str) -> list["Overlay"]:
-    """Returns the overlays that an option names: a list, "all" or "none"."""
+    """Returns the overlays of an option: a list, "all" or "none"."""
     from hunav_drake.systems.scene.scene_config import OVERLAYS
 
     if text in ("all", "none"):
@@ -61,7 +62,7 @@ def overlay_names(text: str) -> list["Overlay"]:
 
 
 def add_format_option(parser: argparse.ArgumentParser) -> None:
-    """Adds the option for the files that `--out` writes."""
+    """Adds the option for the format of the files that `--out` writes."""
     parser.add_argument(
         "--format",
         choices=("csv", "hunav"),
@@ -71,42 +72,60 @@ def add_format_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options for the one file that a command writes."""
+    """Adds the options for the output file of a command."""
     parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        help="the file to write; by default printed",
+        "-o", "--output", type=Path, help="the file to write (default: print)"
     )
     parser.add_argument(
         "--force", action="store_true", help="overwrite an existing file"
     )
 
 
-def whole_number(least: int) -> Callable[[str], int]:
-    """Returns what reads a whole number of at least `least`, below 2^63."""
+def whole_number(least: int, end: str = "2^63") -> Callable[[str], int]:
+    """Returns a parser of whole numbers from `least`, below `end`."""
+    limit = 2**63 if end == "2^63" else int(end)
 
     def parse(text: str) -> int:
-        if not text.isdecimal() or not least <= int(text) < 2**63:
+        if not text.isdecimal() or not least <= int(text) < limit:
             raise argparse.ArgumentTypeError(
-                f"must be a whole number of at least {least}, got {text!r}"
+                f"must be a whole number in [{least}, {end}), got {text!r}"
             )
         return int(text)
 
     return parse
 
 
+@contextlib.contextmanager
+def progress_bar(
+    unit: str, quiet: bool = False
+) -> Iterator[tuple[Any, Callable[[int, int], None]]]:
+    """Yields a progress bar, and a function that shows done and total.
+
+    It is shown only if the output is a terminal.
+    """
+    from tqdm import tqdm
+
+    disable = True if quiet else None
+    with tqdm(unit=f" {unit}", disable=disable, leave=False) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield bar, show
+
+
 def load_scenario(
     scenario: str, options: Any, more: Sequence[str] = (), ways: bool = False
 ) -> "Scenario":
-    """Loads the scenario that the options choose and change.
+    """Loads a scenario, with the changes of the options.
 
-    Of all changes, `more` are applied last; with `ways`, there must be ways to
-    the goals. Faults are an InputError.
+    The changes `more` are applied last; with `ways`, all goals must be
+    reachable. Errors in the scenario raise InputError.
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 
-    # A planner of one's own, as module:Class, may be in the current folder.
+    # A user's planner, module:Class, may be in the current folder.
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))
     with input_errors(ScenarioError):
@@ -119,13 +138,13 @@ def load_scenario(
 
 
 def tell_doubts(scenario: "Scenario", place: str = "") -> None:
-    """Prints what is no fault of a scenario, but that nobody may want."""
+    """Prints notes on a valid scenario that may not be what the user wants."""
     from hunav_drake.scenario.randomness import is_own, same_for_all_seeds
 
     notes = [same_for_all_seeds(scenario)]
     if scenario.robot.goal is None and not is_own(scenario.planner):
         notes.append(
-            "the robot has no goal, so it stands for all"
+            "the robot has no goal, so it stands still for all"
             f" {scenario.simulation.duration:g} s; set robot.goal, as in --set"
             " 'robot.goal=[5, 0, 0]'"
         )
@@ -133,7 +152,7 @@ def tell_doubts(scenario: "Scenario", place: str = "") -> None:
         print(f"hunav: note: {place}{note}", file=sys.stderr)
 
 
-# An example of each command, by its words.
+# An example of each command.
 EXAMPLES = {
     "run": "hunav run passing --planner pursuit --seed 1 --out results",
     "list": "hunav list",
@@ -158,11 +177,11 @@ EXAMPLES = {
     "completion": 'eval "$(hunav completion bash)"',
 }
 
-# After an interrupt, files that are there are whole; what is left to say.
+# Hints after an interrupt. Files are written in one piece, so none is damaged.
 AFTER_INTERRUPT = {
     "run": "nothing was written of this run; run it again",
     "evaluate": "no run was written; the same command writes it",
-    "bench": "what is done is kept; the same command goes on from there",
+    "bench": "finished runs are kept; the same command continues from there",
     "validate": "nothing was written; --case and --model choose fewer cases",
     "render": "no film was written; --from and --to film a part",
     "report": "no report was written; run it again",

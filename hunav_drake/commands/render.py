@@ -1,14 +1,16 @@
 """The command `hunav render`."""
 
 import argparse
-from collections.abc import Callable, Iterator
-import contextlib
 from pathlib import Path
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hunav_drake.commands.errors import DONE, check_output, input_errors
-from hunav_drake.commands.options import add_import_option, overlay_names
+from hunav_drake.commands.options import (
+    add_import_option,
+    overlay_names,
+    progress_bar,
+)
 from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
@@ -17,13 +19,11 @@ if TYPE_CHECKING:
 _VIEWS = ("perspective", "top", "follow", "plot")
 
 
-def add_render_command(commands: Any) -> None:
-    """Adds the command `hunav render`."""
-    render = commands.add_parser(
-        "render",
-        help="make a film or a picture of a recorded run",
-        description="Films a recorded run, without a browser: as .mp4, .gif,"
-        " or one instant of it as .png.",
+def add_render_options(render: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav render`."""
+    render.description = (
+        "Renders a film of a recorded run, as .mp4 or .gif, or a picture of one"
+        " instant, as .png. It needs no browser."
     )
     render.set_defaults(function=_render)
     render.add_argument(
@@ -45,7 +45,7 @@ def add_render_command(commands: Any) -> None:
         "--view",
         choices=_VIEWS,
         default="perspective",
-        help="where the camera is; plot: a drawing from above (default:"
+        help="the position of the camera; plot: a drawing from above (default:"
         " perspective)",
     )
     render.add_argument(
@@ -59,43 +59,44 @@ def add_render_command(commands: Any) -> None:
         "--fps",
         type=float,
         default=25.0,
-        help="pictures per second (default: 25)",
+        help="frames per second (default: 25)",
     )
     render.add_argument(
         "--speed",
         type=float,
         default=1.0,
-        help="how many times as fast as it happened (default: 1)",
+        help="the speed relative to real time (default: 1)",
     )
     render.add_argument(
         "--from",
         dest="start",
         type=float,
         metavar="T",
-        help="the time of the first picture, in seconds",
+        help="the time of the first frame, in seconds",
     )
     render.add_argument(
         "--to",
         dest="end",
         type=float,
         metavar="T",
-        help="the time of the last picture, in seconds",
+        help="the time of the last frame, in seconds",
     )
     render.add_argument(
         "--at",
         type=float,
         metavar="T",
-        help="for .png: the time of the picture (default: the first instant)",
+        help="for .png: the time of the picture, in seconds (default: the"
+        " start)",
     )
     render.add_argument(
         "--overlays",
         type=_film_overlays,
         metavar="NAMES",
-        help="what is drawn besides, separated by commas, or all, or none"
-        " (default: what the scenario says)",
+        help="the overlays to draw, separated by commas, or all, or none"
+        " (default: those of the scenario)",
     )
     render.add_argument(
-        "--no-shadows", action="store_true", help="no shadows: faster"
+        "--no-shadows", action="store_true", help="draw no shadows: faster"
     )
     render.add_argument(
         "--quiet", action="store_true", help="show no progress bar"
@@ -124,12 +125,12 @@ def _render(options: argparse.Namespace) -> int:
     still = output.suffix.lower() == ".png"
     if still and (options.start is not None or options.end is not None):
         raise InputError(
-            f"--output {output}: a .png is of one instant: give --at instead"
-            " of --from and --to"
+            f"--output {output}: a .png shows one instant: use --at instead of"
+            " --from and --to"
         )
     if not still and options.at is not None:
         raise InputError(
-            f"--at {options.at:g}: is for a .png alone, got --output {output};"
+            f"--at {options.at:g}: is only for a .png, got --output {output};"
             " films have --from and --to"
         )
     check_output(output, options.force)
@@ -150,24 +151,10 @@ def _render(options: argparse.Namespace) -> int:
         overlays=options.overlays,
         shadows=not options.no_shadows,
     )
-    with contextlib.ExitStack() as stack, input_errors(ValueError):
-        progress = None
-        if not options.quiet:
-            progress = stack.enter_context(_progress_bar())
-        path = RenderFilm(options.run, output, config, progress=progress)
+    with (
+        progress_bar("frames", options.quiet) as (_, show),
+        input_errors(ValueError),
+    ):
+        path = RenderFilm(options.run, output, config, progress=show)
     print(f"Wrote {path}")
     return DONE
-
-
-@contextlib.contextmanager
-def _progress_bar() -> Iterator[Callable[[int, int], None]]:
-    """Shows how many pictures are done, if the output is a terminal."""
-    from tqdm import tqdm
-
-    with tqdm(unit=" pictures", disable=None, leave=False) as bar:
-
-        def show(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
-        yield show

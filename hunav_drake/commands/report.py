@@ -3,37 +3,33 @@
 import argparse
 from pathlib import Path
 import sys
-from typing import Any
 
 from hunav_drake.commands.errors import DONE, check_output, input_errors
 from hunav_drake.commands.options import add_import_option
 from hunav_drake.systems.common.input_error import InputError
 
-# How many of the runs that are left out are named in the terminal.
+# The maximum number of omitted runs that are listed in the terminal.
 _MOST_LINES = 5
 
 
-def add_report_command(commands: Any) -> None:
-    """Adds the command `hunav report`."""
-    report = commands.add_parser(
-        "report",
-        help="make a report on all runs of a folder",
-        description="Writes a page on all runs of a folder, which links to the"
-        " report and the replay of each, and beside it their metrics as tables,"
-        " runs.csv and runs_by_behavior.csv.",
+def add_report_options(report: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav report`."""
+    report.description = (
+        "Writes a page on all runs of a folder, with links to the report and"
+        " the replay of each run, and tables of their metrics, runs.csv and"
+        " runs_by_behavior.csv."
     )
     report.set_defaults(function=_report)
     report.add_argument(
         "directory",
         type=Path,
-        help="a folder written by `hunav run --out`, or of a suite, written by"
-        " `hunav bench`",
+        help="a folder that `hunav run --out` or `hunav bench` has written",
     )
     report.add_argument(
         "-o",
         "--output",
         type=Path,
-        help="the page to write; report.html in the folder by default",
+        help="the page to write (default: report.html in the folder)",
     )
     report.add_argument("--title", help="the heading of the report")
     add_import_option(report)
@@ -59,7 +55,7 @@ def _report(options: argparse.Namespace) -> int:
         print(f"hunav: ... and {more} more: see the report", file=sys.stderr)
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
-    # Only now, for these take long to load.
+    # Imported only now, because they take long to load.
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.runs.run_table import WriteTables
 
@@ -79,7 +75,7 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _report_suite(directory: Path, page: Path, title: str | None) -> int:
-    """Writes the page of a suite anew, of which tables are there."""
+    """Writes the page of a suite again, from its tables."""
     from hunav_drake.report.runs_page import WriteRunsPage
     from hunav_drake.report.suite_files import read_suite
 

@@ -15,7 +15,7 @@ from hunav_drake.commands.errors import (
     FAILED,
     check_out,
     input_errors,
-    os_error_text,
+    output_errors,
 )
 from hunav_drake.commands.options import (
     add_format_option,
@@ -24,8 +24,8 @@ from hunav_drake.commands.options import (
     load_scenario,
     overlay_names,
     tell_doubts,
+    whole_number,
 )
-from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
@@ -34,63 +34,62 @@ if TYPE_CHECKING:
     from hunav_drake.trial.result import TrialResult
 
 
-def add_run_command(commands: Any) -> None:
-    """Adds the command `hunav run`."""
-    run = commands.add_parser("run", help="run a trial and print its metrics")
+def add_run_options(run: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav run`."""
     run.set_defaults(function=_run)
     run.add_argument(
         "scenario", help="a shipped scenario (see `hunav list`) or a file"
     )
     add_scenario_options(run)
     run.add_argument(
-        "--seed", type=_seed, help="the seed, instead of the scenario's"
+        "--seed",
+        type=whole_number(0),
+        help="the seed, instead of the scenario's",
     )
     run.add_argument(
         "--planner",
         metavar="NAME",
-        help="the planner of the robot, instead of the scenario's: its name, or"
-        " a class of your own as module:Class",
+        help="the robot's planner, instead of the scenario's: its name, or your"
+        " class as module:Class",
     )
     run.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
-        help="write metrics, recording, report and replay to a folder of this"
-        " run in DIR/runs; see `hunav report`",
+        help="write metrics, recording, report and replay of this run to a new"
+        " folder in DIR/runs; see `hunav report`",
     )
     run.add_argument(
         "--label",
         metavar="NAME",
-        help="a name for the settings of this run, which keeps it apart from"
-        " other runs of the planner in statistics; by default the values of"
-        " --set",
+        help="a name for the settings of this run; statistics separate runs of"
+        " a planner by it (default: the changes of --set)",
     )
     add_format_option(run)
     run.add_argument("--no-replay", action="store_true", help="write no replay")
     run.add_argument(
         "--meshcat",
         action="store_true",
-        help="show the trial in a browser, in real time; waits for the browser"
-        " first, and for Enter in the end",
+        help="show the trial in a browser, in real time; wait for the browser"
+        " first, and for Enter at the end",
     )
     run.add_argument(
         "--no-wait",
         action="store_true",
-        help="with --meshcat: wait for nobody, as if the input were no"
-        " terminal",
+        help="with --meshcat: do not wait, as when the input is not a terminal",
     )
     run.add_argument(
         "--overlays",
         type=overlay_names,
         metavar="NAMES",
-        help="what is shown besides, separated by commas, or all, or none"
-        " (default: what the scenario says)",
+        help="the overlays to show, separated by commas, or all, or none"
+        " (default: those of the scenario)",
     )
     amount = run.add_mutually_exclusive_group()
     amount.add_argument(
         "--all",
         action="store_true",
-        help="print all metrics, not only the most telling ones",
+        help="print all metrics, not only the headline ones",
     )
     amount.add_argument(
         "--json", action="store_true", help="print the results as JSON"
@@ -99,14 +98,6 @@ def add_run_command(commands: Any) -> None:
         "--quiet", action="store_true", help="show no progress bar and no table"
     )
     add_import_option(run)
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal() or int(text) >= 2**63:
-        raise argparse.ArgumentTypeError(
-            f"must be a whole number in [0, 2^63), got {text!r}"
-        )
-    return int(text)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -164,7 +155,7 @@ def _run(options: argparse.Namespace) -> int:
         elapsed = time.perf_counter() - started
         elapsed -= compiled.seconds - before
 
-    # First, for who reads what is printed may have enough of it early.
+    # Before printing, which the reader of a pipe may end early.
     written = []
     if options.out is not None:
         written = _keep(result, scenario, options, meshcat if replay else None)
@@ -175,7 +166,7 @@ def _run(options: argparse.Namespace) -> int:
     for line in written:
         print(line, file=sys.stderr if options.json else sys.stdout)
     if options.meshcat and _somebody_waits(options):
-        # Or Ctrl-C, or Ctrl-D: what is to be written is.
+        # Or Ctrl-C, or Ctrl-D: all files are written.
         with contextlib.suppress(KeyboardInterrupt, EOFError):
             input("Press Enter to close the view. ")
     completed = result.end_reason == "goal" or scenario.robot.goal is None
@@ -183,7 +174,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _warn_of_ways(scenario: "Scenario", source: str) -> None:
-    """Warns of goals that cannot be reached, before the trial shows it."""
+    """Warns, before the trial, of goals that cannot be reached."""
     from hunav_drake.scenario.building import Places
     from hunav_drake.scenario.reachability import check_ways
 
@@ -201,7 +192,7 @@ def _somebody_waits(options: argparse.Namespace) -> bool:
 def _print(
     result: "TrialResult", options: argparse.Namespace, elapsed: float
 ) -> None:
-    """Prints what a trial gave; a planner that failed is told elsewhere."""
+    """Prints the result of a trial, but not that a planner failed."""
     from hunav_drake.runs.run_row import make_row, result_to_json
     from hunav_drake.trial.metric_facts import headline_of
     from hunav_drake.trial.result import FormatMetricsTable, how_it_ended
@@ -230,7 +221,7 @@ def _show(
     progress: Callable[[float], None] | None,
     on_error: Literal["end", "raise"],
 ) -> "TrialResult":
-    """Runs a trial in a browser, again as often as the one there wants."""
+    """Runs a trial in a browser, and again whenever the user restarts it."""
     from hunav_drake.trial.simulation import RunTrial
     from hunav_drake.views.live import (
         LiveControls,
@@ -263,10 +254,7 @@ def _keep(
     options: argparse.Namespace,
     meshcat: Any,
 ) -> list[str]:
-    """Writes the files of a run; returns where they are, in words.
-
-    Meshcat holds the recorded replay.
-    """
+    """Writes the files of a run, with Meshcat's replay; returns messages."""
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.runs.result_files import WriteResult
     from hunav_drake.runs.settings import setting_text
@@ -286,15 +274,10 @@ def _keep(
             SaveReplay(meshcat, replay)
         WriteReport(result, folder / "report.html", replay=replay)
 
-    try:
+    with output_errors(options.out):
         folder = WriteResult(
             result, options.out, format=options.format, add=add_pages
         )
-    except OSError as error:
-        place = f"--out {options.out}"
-        raise InputError(os_error_text(error, place)) from error
-    except ValueError as error:
-        raise InputError(f"--out {options.out}: {error}") from error
     lines = [
         f"Wrote the run to {folder}",
         f"Report, for a browser: {folder / 'report.html'}",
@@ -306,7 +289,7 @@ def _keep(
 
 @contextlib.contextmanager
 def _progress_bar(duration: float) -> Iterator[Callable[[float], None]]:
-    """Shows the simulated seconds of a trial, if the output is a terminal."""
+    """Shows the simulated time of a trial, if the output is a terminal."""
     from tqdm import tqdm
 
     form = "{l_bar}{bar}| {n:.1f}/{total:.1f} s"

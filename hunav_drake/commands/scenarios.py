@@ -1,4 +1,4 @@
-"""The commands on scenarios: `hunav list`, `new`, `check`, `schema`, ..."""
+"""Commands on scenarios: `hunav list`, `new`, `check`, `schema`, ..."""
 
 import argparse
 import dataclasses
@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hunav_drake.commands.errors import (
     DONE,
@@ -29,12 +29,13 @@ if TYPE_CHECKING:
     from hunav_drake.systems.world.shapes import World
 
 
-def add_scenario_commands(commands: Any) -> None:
-    """Adds `hunav list`, `check`, `schema` and `import`."""
-    listing = commands.add_parser("list", help="list the shipped scenarios")
+def add_list_options(listing: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav list`."""
     listing.set_defaults(function=_list)
 
-    check = commands.add_parser("check", help="check scenario files")
+
+def add_check_options(check: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav check`."""
     check.set_defaults(function=_check)
     check.add_argument(
         "scenario", nargs="+", help="a shipped scenario or a file"
@@ -42,21 +43,21 @@ def add_scenario_commands(commands: Any) -> None:
     check.add_argument(
         "--fix",
         action="store_true",
-        help="write new words for old ones into the files first",
+        help="first replace old words in the files by new ones",
     )
     add_scenario_options(check)
     add_import_option(check)
 
-    schema = commands.add_parser(
-        "schema", help="show the JSON schema of scenarios, for editors"
-    )
+
+def add_schema_options(schema: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav schema`."""
     schema.set_defaults(function=_schema)
     add_output_options(schema)
     add_import_option(schema)
 
-    importing = commands.add_parser(
-        "import", help="convert an agents.yaml of HuNavSim to a scenario"
-    )
+
+def add_import_options(importing: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav import`."""
     importing.set_defaults(function=_import)
     importing.add_argument(
         "agents", type=Path, help="the agents.yaml of HuNavSim"
@@ -67,59 +68,56 @@ def add_scenario_commands(commands: Any) -> None:
     importing.add_argument(
         "--map",
         type=Path,
-        help="the YAML file of the map, for ROS 2's map_server; by default the"
-        " one that the agents.yaml names, if it is beside it",
+        help="the YAML file of the map, for ROS 2's map_server (default: the"
+        " map that agents.yaml names, if it is in the same folder)",
     )
-    for name, what in (("start", "starts"), ("goal", "is to be in the end")):
+    for name in ("start", "goal"):
         importing.add_argument(
             f"--{name}",
             nargs=3,
             type=float,
             metavar=("X", "Y", "YAW"),
-            help=f"where the robot {what}, in meters and radians",
+            help=f"the {name} of the robot, in meters and radians",
         )
     importing.add_argument(
         "--profile",
         choices=("default", "hunavsim"),
         default="default",
-        help="hunavsim: people move as in HuNavSim, with all that differs",
+        help="hunavsim: people move as in HuNavSim, with all differences",
     )
     add_output_options(importing)
 
 
-def add_new_command(commands: Any) -> None:
-    """Adds the command `hunav new`."""
-    new = commands.add_parser(
-        "new",
-        help="write a scenario of one's own to begin with",
-        description="Writes a small scenario with comments. It is sound: change"
-        " it, and let `hunav check` tell what is wrong.",
+def add_new_options(new: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav new`."""
+    new.description = (
+        "Writes a small scenario with comments. It is valid: change it, and"
+        " find errors with `hunav check`."
     )
     new.set_defaults(function=_new)
     new.add_argument(
-        "name", type=Path, help="the file to write; .yaml is added if need be"
+        "name",
+        type=Path,
+        help="the file to write; .yaml is added if it is missing",
     )
     new.add_argument(
         "--template",
         metavar="NAME",
         default="corridor",
-        help="what to begin with: corridor (the default), crossing, office,"
-        " cafe or room",
+        help="the template: corridor (default), crossing, office, cafe or room",
     )
     new.add_argument(
         "--force", action="store_true", help="overwrite an existing file"
     )
 
 
-def add_completion_command(commands: Any, parser: Any) -> None:
-    """Adds the command `hunav completion`, which completes all of `parser`."""
-    completion = commands.add_parser(
-        "completion",
-        help="print what lets a shell complete commands and options",
-        description="Prints a script for a shell. It needs shtab: pip install"
-        " 'hunav_drake[completion]'.",
+def add_completion_options(completion: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav completion`."""
+    completion.description = (
+        "Prints a script for a shell. It needs shtab: pip install"
+        " 'hunav_drake[completion]'."
     )
-    completion.set_defaults(function=_completion, whole=parser)
+    completion.set_defaults(function=_completion)
     completion.add_argument("shell", choices=("bash", "zsh", "fish"))
 
 
@@ -156,7 +154,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _fix(path: Path) -> None:
-    """Writes the new words into a file that has old ones, and tells it."""
+    """Replaces old words in a file by new ones, and prints which."""
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.scenario.old_words import renewed_text
     from hunav_drake.systems.common.files import atomic_write
@@ -168,8 +166,8 @@ def _fix(path: Path) -> None:
             return
         with atomic_write(path) as file:
             file.write(new)
-    told = ", ".join(f"{old!r} {count}" for old, count in counts.items())
-    print(f"{path}: wrote 'type' for old words: {told}")
+    replaced = ", ".join(f"{old!r} {count}" for old, count in counts.items())
+    print(f"{path}: wrote 'type' for old words: {replaced}")
 
 
 def _describe_world(world: "World") -> str:
@@ -211,7 +209,7 @@ def _import(options: argparse.Namespace) -> int:
         robot = dataclasses.replace(scenario.robot, **given)
     world = scenario.world
     if world.map:
-        # Paths start at the file that is written.
+        # Paths are relative to the file that is written.
         folder = options.output.parent if options.output else "."
         relative = os.path.relpath(world.map, folder)
         world = dataclasses.replace(world, map=relative)
@@ -220,12 +218,12 @@ def _import(options: argparse.Namespace) -> int:
         print(line, file=sys.stderr)
     if len(given) < len(places):
         missing = [key for key in places if key not in given]
-        stands = "" if options.goal else ", and without a goal it stands"
+        stands = "" if options.goal else ", and without a goal it stands still"
         give = " and ".join(f"--{it} X Y YAW" for it in missing)
         keys = " and ".join(f"robot.{it}" for it in missing)
         print(
-            f"the robot: the files do not say where it is{stands}; give {give},"
-            f" or set {keys}",
+            f"the robot: its {' and '.join(missing)} are not in the files"
+            f"{stands}; add {give}, or set {keys}",
             file=sys.stderr,
         )
     done = (
@@ -261,15 +259,16 @@ def _completion(options: argparse.Namespace) -> int:
         raise InputError(
             "completion needs shtab: pip install 'hunav_drake[completion]'"
         ) from error
-    _name_choices(options.whole, is_bash=options.shell == "bash")
-    print(shtab.complete(options.whole, shell=options.shell))
+    whole = options.make_parser()
+    _name_choices(whole, is_bash=options.shell == "bash")
+    print(shtab.complete(whole, shell=options.shell))
     return DONE
 
 
 def _name_choices(whole: argparse.ArgumentParser, is_bash: bool) -> None:
-    """Gives options and arguments the names that a shell is to complete.
+    """Sets as choices the names that a shell completes.
 
-    For parsing they would be too narrow: what users register has names, too.
+    They are too narrow for parsing: parts that users register have names, too.
     """
     from hunav_drake.runs import ListSuites
     from hunav_drake.scenario import ListScenarios
@@ -287,7 +286,7 @@ def _name_choices(whole: argparse.ArgumentParser, is_bash: bool) -> None:
         "metrics": list(METRICS),
     }
     if is_bash:
-        # Which completes files as well, where no name fits.
+        # Bash also completes files, where no name fits.
         names |= {
             "scenario": list(ListScenarios()),
             "suite": list(ListSuites()),

@@ -3,7 +3,6 @@
 import argparse
 import json
 import textwrap
-from typing import Any
 
 from hunav_drake.commands.errors import (
     DONE,
@@ -14,11 +13,8 @@ from hunav_drake.commands.errors import (
 from hunav_drake.commands.options import add_import_option, add_output_options
 
 
-def add_tree_commands(commands: Any) -> None:
-    """Adds the commands `hunav tree show`, `check` and `convert`."""
-    tree = commands.add_parser(
-        "tree", help="show, check and convert behavior trees"
-    )
+def add_tree_options(tree: argparse.ArgumentParser) -> None:
+    """Adds the commands of `hunav tree`."""
     actions = tree.add_subparsers(title="commands", required=True)
     file_help = "a tree file, or the name of a behavior"
 
@@ -60,7 +56,7 @@ def _show(options: argparse.Namespace) -> int:
     if ports := port_entries(tree):
         print("\nPorts:")
         for port in ports:
-            value = "must be given"
+            value = "required"
             if not port["required"]:
                 value = json.dumps(port["default"], ensure_ascii=False)
             unit = port["schema"].get("x-unit", "")
@@ -74,7 +70,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    """Checks tree files, and prints the first fault of each."""
+    """Checks tree files, and prints the first error of each."""
     from hunav_drake.systems.behavior import BehaviorTreeError, LoadTree
 
     def describe(file: str) -> str:

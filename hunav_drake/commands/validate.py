@@ -3,24 +3,26 @@
 import argparse
 from pathlib import Path
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from hunav_drake.commands.errors import DONE, input_errors
-from hunav_drake.commands.options import add_import_option, whole_number
+from hunav_drake.commands.errors import DONE, check_out, input_errors
+from hunav_drake.commands.options import (
+    add_import_option,
+    progress_bar,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from hunav_drake.validation.case import Outcome
 
 
-def add_validate_command(commands: Any) -> None:
-    """Adds the command `hunav validate`."""
-    validate = commands.add_parser(
-        "validate",
-        help="test how well motion models walk like people",
-        description="Runs cases of RiMEA, NIST and ISO 20414, and of what"
-        " crowds are known to do, for each motion model, and prints what is"
-        " expected, measured and passed. That a model fails is a result, not"
-        " an error.",
+def add_validate_options(validate: argparse.ArgumentParser) -> None:
+    """Adds the options of `hunav validate`."""
+    validate.description = (
+        "Runs the test cases of RiMEA, NIST and ISO 20414, and cases on known"
+        " behavior of crowds, with each motion model, and prints expected and"
+        " measured values and verdicts. A failed case is a result, not an"
+        " error."
     )
     validate.set_defaults(function=_validate)
     validate.add_argument(
@@ -30,21 +32,21 @@ def add_validate_command(commands: Any) -> None:
         "--case", nargs="+", default=[], help="only these cases, by name"
     )
     validate.add_argument(
-        "--list", action="store_true", help="only tell the cases there are"
+        "--list", action="store_true", help="only list the cases"
     )
     validate.add_argument(
         "--quick",
         action="store_true",
-        help="fewer people and less time, for a first look",
+        help="fewer people and a shorter time, for a first look",
     )
     validate.add_argument(
-        "--seed", type=whole_number(0), default=0, help="0 by default"
+        "--seed", type=whole_number(0), default=0, help="the seed (default: 0)"
     )
     validate.add_argument(
         "--workers",
         type=whole_number(1),
         default=1,
-        help="how many processes to use; they do not change the results",
+        help="the number of processes; it does not change the results",
     )
     validate.add_argument(
         "--out",
@@ -56,7 +58,8 @@ def add_validate_command(commands: Any) -> None:
         "--markdown",
         metavar="FILE",
         type=Path,
-        help="write the page as Markdown, and its pictures beside it",
+        help="also write the page as Markdown, with its pictures in the same"
+        " folder",
     )
     validate.add_argument(
         "--json", action="store_true", help="print JSON, not a table"
@@ -82,17 +85,27 @@ def _validate(options: argparse.Namespace) -> int:
         for name in cases:
             print(f"{name:{width}}  {CASES[name].standards}")
         return DONE
-    _check_places(options)
+    # Before a long run.
+    if options.out is not None:
+        check_out(options.out, "")
+    if options.markdown is not None:
+        check_out(options.markdown.parent, "", "--markdown")
     settings = [Setting(m, options.seed, options.quick) for m in models]
-    with _Progress(len(cases) * len(settings)) as progress:
+    with progress_bar("cases") as (bar, _):
+        bar.total = len(cases) * len(settings)
+
+        def show(outcome: "Outcome") -> None:
+            bar.set_description_str(f"{outcome.case}, {outcome.model}")
+            bar.update()
+
         outcomes = run_cases(
             cases,
             settings,
             workers=options.workers,
             imports=tuple(getattr(options, "imports", ())),
-            progress=progress.show,
+            progress=show,
         )
-    # First, for who reads what is printed may have enough of it early.
+    # Before printing, which the reader of a pipe may end early.
     written = _write(outcomes, options)
     print(outcomes_json(outcomes) if options.json else format_table(outcomes))
     for path in written:
@@ -100,30 +113,10 @@ def _validate(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _check_places(options: argparse.Namespace) -> None:
-    """Checks, before a long run, that what it finds can be written.
-
-    Raises:
-        InputError: If it cannot.
-    """
-    import tempfile
-
-    folders = {"--out": options.out}
-    if options.markdown is not None:
-        folders["--markdown"] = options.markdown.parent
-    for option, folder in folders.items():
-        if folder is None:
-            continue
-        with input_errors(place=f"{option} {folder}: cannot write there"):
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-
-
 def _write(
     outcomes: "list[Outcome]", options: argparse.Namespace
 ) -> list[Path]:
-    """Writes the files that were asked for, and returns where they are."""
+    """Writes the requested files, and returns their paths."""
     written: list[Path] = []
     if options.out is not None:
         from hunav_drake.systems.common.files import atomic_write
@@ -148,22 +141,3 @@ def _write(
         with input_errors():
             written.append(WriteValidationMarkdown(outcomes, options.markdown))
     return written
-
-
-class _Progress:
-    """Shows how many cases are done, if the output is a terminal."""
-
-    def __init__(self, total: int) -> None:
-        from tqdm import tqdm
-
-        self._bar = tqdm(total=total, disable=None, leave=False)
-
-    def __enter__(self) -> "_Progress":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def show(self, outcome: "Outcome") -> None:
-        self._bar.set_description_str(f"{outcome.case}, {outcome.model}")
-        self._bar.update()

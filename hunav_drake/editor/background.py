@@ -1,4 +1,4 @@
-"""A map or a picture under the scenario, to draw walls after it."""
+"""A map or a picture as background, to draw walls from."""
 
 import base64
 import binascii
@@ -21,18 +21,18 @@ from hunav_drake.systems.world.maps.map_file import (
     read_map,
 )
 
-# How large a pixel of a picture is until somebody says so, in meters.
+# The default size of a pixel, in meters.
 _USUAL_CELL = 0.05
 
-# What is darker is a wall, in pictures that are no maps.
+# Pixels of a picture that are darker than this are walls.
 _DARK = 100
 
-# What the page shows has at most so many pixels along a side.
+# The maximum width and height of the image on the page, in pixels.
 _MAX_SIDE = 4096
 
 
 class BackgroundError(ValueError):
-    """Files are no map and no picture; the text says why."""
+    """Files are neither a map nor a picture; the text says why."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -40,12 +40,12 @@ class Background:
     """A picture in the world, and its dark cells.
 
     Attributes:
-        name: What it is called.
-        image: The picture as an URL of data.
+        name: Its name.
+        image: The picture as a data URL.
         occupied: Shape (rows, columns), from the lowest row up.
-        cell: The length of a side of a cell, in meters.
+        cell: The side length of a cell, in meters.
         origin: The pose (x, y, yaw) in W of the lower left corner.
-        is_map: Whether a map says how large it is.
+        is_map: Whether it is a map, which has a size.
     """
 
     name: str
@@ -58,12 +58,12 @@ class Background:
     def placed(
         self, width: float, origin: tuple[float, float, float]
     ) -> "Background":
-        """Returns it with another width, in meters, and another pose."""
+        """Returns the background with a new width, in meters, and pose."""
         cell = width / self.occupied.shape[1]
         return dc.replace(self, cell=cell, origin=origin)
 
     def message(self) -> dict[str, Any]:
-        """Returns what the page needs to show it."""
+        """Returns the content of its message to the page."""
         rows, columns = self.occupied.shape
         return {
             "image": self.image,
@@ -76,12 +76,12 @@ class Background:
 
 
 def read_background(files: Mapping[str, str], name: str = "") -> Background:
-    """Makes a background of files that were dropped on the page.
+    """Returns the background of files that were dropped on the page.
 
     Args:
         files: The YAML file and the image of a map of ROS 2, or one image, by
             their names; each in base64.
-        name: What it is called.
+        name: Its name.
 
     Raises:
         BackgroundError: If they are neither.
@@ -95,7 +95,7 @@ def read_background(files: Mapping[str, str], name: str = "") -> Background:
     if not maps:
         if len(content) > 1:
             raise BackgroundError(
-                "several images, and no YAML file of a map; give one image"
+                "there are several images without a YAML file; give one image"
             )
         (key,) = content
         return _picture(name or key, content[key])
@@ -110,21 +110,21 @@ def read_background(files: Mapping[str, str], name: str = "") -> Background:
 
 
 def map_background(filename: str | Path, name: str = "") -> Background:
-    """Makes a background of a map of ROS 2.
+    """Returns the background of a map of ROS 2.
 
     Args:
         filename: Its YAML file.
-        name: What it is called; by default as the file.
+        name: Its name; by default that of the file.
 
     Raises:
-        BackgroundError: If it is no map.
+        BackgroundError: If it is not a map.
     """
     path = Path(filename)
     try:
         cells = read_map(path)
     except MapError as error:
         raise BackgroundError(str(error)) from error
-    # As RViz shows it: what is known free is white, what is not gray.
+    # Colors as in RViz: free cells are white, unknown ones gray.
     gray = np.full(cells.occupied.shape, 205, np.uint8)
     gray[cells.free] = 254
     gray[cells.occupied] = 0
@@ -141,7 +141,7 @@ def map_background(filename: str | Path, name: str = "") -> Background:
 def _picture(name: str, data: bytes) -> Background:
     try:
         with warnings.catch_warnings():
-            # Sizes are judged here, before anything is decoded.
+            # The size is checked here, before decoding.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             opened = Image.open(io.BytesIO(data))
         with opened:
@@ -152,7 +152,7 @@ def _picture(name: str, data: bytes) -> Background:
             image = opened.convert("RGBA")
     except UnidentifiedImageError as error:
         raise BackgroundError(
-            f"{name} is no picture; PNG, JPEG and PGM are read"
+            f"{name} is not a picture; use PNG, JPEG or PGM"
         ) from error
     except (OSError, ValueError, SyntaxError, EOFError) as error:
         raise BackgroundError(f"{name}: {error}") from error
@@ -174,10 +174,10 @@ def _picture(name: str, data: bytes) -> Background:
 def checked_place(
     width: float | None, origin: list[float] | None
 ) -> tuple[float, tuple[float, float, float]] | None:
-    """Returns where a view has put a background; None if it said nothing.
+    """Returns the place of a background from a message, if it has one.
 
     Raises:
-        BackgroundError: If that is no place.
+        BackgroundError: If it is invalid.
     """
     if width is None or origin is None:
         return None
@@ -185,7 +185,7 @@ def checked_place(
     is_pose = len(origin) == 3 and is_near
     if not (0.01 <= width <= MAX_COORDINATE and is_pose):
         raise BackgroundError(
-            "a background has a width in meters, and an origin [x, y, yaw]"
+            "a background needs a width in meters and an origin [x, y, yaw]"
         )
     x, y, yaw = origin
     return width, (x, y, yaw)
@@ -200,16 +200,16 @@ def _url(image: Image.Image) -> str:
 
 
 def _plain_name(name: str) -> str:
-    """Returns the last part of a name, whoever's separators it has."""
+    """Returns the last part of a path, of any operating system."""
     plain = PureWindowsPath(PurePosixPath(name).name).name
     if not plain or plain in (".", "..") or not plain.isprintable():
-        raise BackgroundError(f"{name!r:.60} is no file name")
+        raise BackgroundError(f"{name!r:.60} is not a file name")
     return plain[-200:]
 
 
 def _decoded(name: str, text: str) -> bytes:
     try:
-        # An URL of data has its type before the comma.
+        # A data URL has its type before the comma.
         return base64.b64decode(text.rpartition(",")[2], validate=True)
     except (binascii.Error, ValueError) as error:
         raise BackgroundError(f"{name!r:.60} is not in base64") from error

@@ -1,4 +1,4 @@
-"""What a session does for each message."""
+"""The functions of a session that handle its messages."""
 
 from collections.abc import Callable
 import dataclasses as dc
@@ -10,35 +10,36 @@ from hunav_drake.editor.background import (
     read_background,
 )
 from hunav_drake.editor.document.document import Document
-from hunav_drake.editor.document.plain_data import OperationError, jsonable
+from hunav_drake.editor.document.plain_data import OperationError
 from hunav_drake.editor.document.steps import Step
 from hunav_drake.editor.edited_scenario import EditedScenario
 from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.imports import imported
 from hunav_drake.editor.messages import (
-    Cancel,
     Edit,
-    Hello,
     Import,
     Open,
     Preview,
-    Redo,
     Reload,
+    Request,
     Run,
     Save,
     Trace,
     TypedText,
-    Undo,
     UseBackground,
     UseTemplate,
 )
 from hunav_drake.editor.state import State
 from hunav_drake.editor.tracing import traced_walls
+from hunav_drake.editor.worker.requests import RunRequest
 from hunav_drake.scenario.templates import template_text
 from hunav_drake.scenarios import shipped_names, shipped_text
 
+# The maximum number of runs of a request.
+_MAX_RUNS = 1000
 
-def _hello(session: EditedScenario, message: Hello) -> None:
+
+def _hello(session: EditedScenario, message: Request) -> None:
     session.send_catalog(message.id)
     session.send_state(message.id, None)
     session.send_faults(message.id)
@@ -65,7 +66,7 @@ def _change(
     data: dict[str, Any],
     key: Any = None,
 ) -> None:
-    """Takes other data, as one step: first they are told, then the text."""
+    """Replaces the data, as one step; views get the data, then the text."""
     state = session.state
     old, findings = state.document, state.findings
     state.document = dc.replace(old, data=data)
@@ -90,13 +91,13 @@ def _change(
         session.send(
             "note",
             number,
-            message=f"{where} was written anew, for it uses anchors or is laid"
-            " out in an unusual way; undo brings the old text back",
+            message=f"{where} was rewritten, because it has anchors or an"
+            " unusual layout; undo restores the old text",
         )
 
 
 def _merge_key(message: Edit) -> Any:
-    """Returns the same for edits of the same parts, if they only set them."""
+    """Returns a key of edits of the same parts, if they only set them."""
     if any(operation[0] != "set" for operation in message.ops):
         return None
     return message.label, tuple(tuple(it[1]) for it in message.ops)
@@ -123,36 +124,23 @@ def _text(session: EditedScenario, message: TypedText) -> None:
     session.take(message.id, "Typing", document, "typing")
 
 
-def _undo(session: EditedScenario, message: Undo) -> None:
-    found = session.state.steps.undo(session.text)
-    _return_to(session, message.id, found, "undone")
-
-
-def _redo(session: EditedScenario, message: Redo) -> None:
-    found = session.state.steps.redo(session.text)
-    _return_to(session, message.id, found, "done again")
-
-
-def _return_to(
-    session: EditedScenario,
-    number: Any,
-    found: tuple[str, Any] | None,
-    what: str,
-) -> None:
-    if found is None:
-        raise OperationError(f"there is nothing to be {what}")
-    text, data = found
+def _undo_or_redo(session: EditedScenario, message: Request) -> None:
     state, old = session.state, session.state.document
-    # What the step remembers shares its parts with the present data.
+    step = state.steps.undo if message.do == "undo" else state.steps.redo
+    found = step(session.text)
+    if found is None:
+        raise OperationError(f"there is nothing to {message.do}")
+    text, data = found
+    # The data of the step share parts with the current data.
     like = dc.replace(old, data=data)
     state.document = Document.read(text, old.prefix, like)
     state.revision += 1
     state.look()
-    session.tell(number, old.data)
+    session.tell(message.id, old.data)
 
 
 def _save(session: EditedScenario, message: Save) -> None:
-    """Writes the file, after asking where it could be regretted."""
+    """Writes the file; asks first if it would overwrite changes or faults."""
     state, file = session.state, session.state.file
     path = file.path
     if message.filename is not None:
@@ -162,7 +150,7 @@ def _save(session: EditedScenario, message: Save) -> None:
     if not message.confirm:
         doubts = []
         if path != file.path and path.exists():
-            doubts.append(f"{path.name} exists already.")
+            doubts.append(f"{path.name} already exists.")
         elif path == file.path and file.changed():
             doubts.append(f"{path.name} was changed by another program.")
         errors = [it for it in state.faults() if it["severity"] == "error"]
@@ -173,7 +161,7 @@ def _save(session: EditedScenario, message: Save) -> None:
             again = {"do": "save", "confirm": True}
             if message.filename is not None:
                 again["filename"] = message.filename
-            question = " ".join([*doubts, "Save it all the same?"])
+            question = " ".join([*doubts, "Save anyway?"])
             session.send("ask", message.id, question=question, again=again)
             return
     file.write(session.text, path)
@@ -187,7 +175,7 @@ def _reload(session: EditedScenario, message: Reload) -> None:
     if state.file.path is None:
         raise FileRefusedError("there is no file yet; save it first")
     if state.is_dirty and not message.confirm:
-        question = "Read the file again? Your changes can be got back by undo."
+        question = "Reload the file? Undo restores your changes."
         again = {"do": "reload", "confirm": True}
         session.send("ask", message.id, question=question, again=again)
         return
@@ -200,7 +188,7 @@ def _open(session: EditedScenario, message: Open) -> None:
     state = session.state
     if state.is_dirty and not message.confirm:
         again = {"do": "open", "filename": message.filename, "confirm": True}
-        question = "Open another scenario? What is not saved is lost."
+        question = "Open another scenario? Unsaved changes will be lost."
         session.send("ask", message.id, question=question, again=again)
         return
     file = SessionFile(None, state.file.folder)
@@ -228,7 +216,7 @@ def _template(session: EditedScenario, message: UseTemplate) -> None:
 def _import(session: EditedScenario, message: Import) -> None:
     document = session.state.document
     if document.problem and message.mode == "add":
-        raise OperationError(f"{document.problem}; mend it first")
+        raise OperationError(f"{document.problem}; fix it first")
     found = imported(
         document.data, message.kind, message.mode, message.name, message.text
     )
@@ -260,7 +248,7 @@ def _trace(session: EditedScenario, message: Trace) -> None:
         return
     background = session.background
     if background is None:
-        raise BackgroundError("there is no background to trace")
+        raise BackgroundError("there is no background image to trace")
     if place := checked_place(message.width_m, message.origin):
         background = background.placed(*place)
     walls = traced_walls(background)
@@ -276,36 +264,43 @@ def _trace(session: EditedScenario, message: Trace) -> None:
 def _run(session: EditedScenario, message: Run) -> None:
     state = session.state
     if session.worker is None:
-        raise OperationError("trials cannot be run here: there is no worker")
+        raise OperationError("trials cannot run here: there is no worker")
     if any(it["severity"] == "error" for it in state.faults()):
-        raise OperationError("the scenario has faults; mend them to run it")
+        raise OperationError("the scenario has faults; fix them to run it")
     document, file = state.document, state.file
-    session.worker.run(
-        {
-            "id": message.id,
-            "text": "{}" if document.is_empty else document.text,
-            "folder": str(file.folder),
-            "filename": str(file.path) if file.path else None,
-            "name": document.prefix[0] if document.prefix else None,
-            "revision": state.revision,
-            "seeds": message.seeds,
-            "planners": jsonable(message.planners),
-            "speed": message.speed,
-            "workers": message.workers,
-        }
+    request = RunRequest(
+        text="{}" if document.is_empty else document.text,
+        folder=str(file.folder),
+        filename=str(file.path) if file.path else None,
+        name=str(document.prefix[0]) if document.prefix else None,
+        revision=state.revision,
+        seeds=message.seeds,
+        planners=message.planners,
+        speed=message.speed or 0.0,
+        workers=message.workers,
     )
+    if (count := len(request.runs())) > _MAX_RUNS:
+        raise OperationError(
+            f"at most {_MAX_RUNS} runs are possible at once, got {count};"
+            " choose fewer seeds or planners, or write a suite for `hunav"
+            " bench`"
+        )
+    session.worker.run(request, message.id)
 
 
-def _cancel(session: EditedScenario, message: Cancel) -> None:
+def _cancel(session: EditedScenario, message: Request) -> None:
     if session.worker is None:
-        raise OperationError("there is nothing to be stopped")
+        raise OperationError("there is nothing to stop")
     session.worker.cancel()
 
 
 def _is_present(
     session: EditedScenario, message: Edit | Preview | TypedText | Trace
 ) -> bool:
-    """Answers with the state if a message is about an earlier one."""
+    """Returns whether a message is about the current revision.
+
+    If not, sends the current state.
+    """
     if message.base == session.state.revision:
         return True
     session.send_state(message.id, None)
@@ -314,20 +309,20 @@ def _is_present(
     return False
 
 
-COMMANDS: dict[type[Any], Callable[[EditedScenario, Any], None]] = {
-    Hello: _hello,
-    Edit: _edit,
-    Preview: _preview,
-    TypedText: _text,
-    Undo: _undo,
-    Redo: _redo,
-    Save: _save,
-    Reload: _reload,
-    Open: _open,
-    UseTemplate: _template,
-    Import: _import,
-    UseBackground: _background,
-    Trace: _trace,
-    Run: _run,
-    Cancel: _cancel,
+COMMANDS: dict[str, Callable[[EditedScenario, Any], None]] = {
+    "hello": _hello,
+    "edit": _edit,
+    "preview": _preview,
+    "text": _text,
+    "undo": _undo_or_redo,
+    "redo": _undo_or_redo,
+    "save": _save,
+    "reload": _reload,
+    "open": _open,
+    "template": _template,
+    "import": _import,
+    "background": _background,
+    "trace": _trace,
+    "run": _run,
+    "cancel": _cancel,
 }

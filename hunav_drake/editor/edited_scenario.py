@@ -1,6 +1,7 @@
-"""The scenario that is edited, and what its views are told of it."""
+"""The edited scenario, and the messages to its views."""
 
 from collections.abc import Callable, Sequence
+import functools
 from pathlib import Path
 import threading
 from typing import Any
@@ -9,28 +10,40 @@ from hunav_drake.editor.background import Background, map_background
 from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.steps import Step
 from hunav_drake.editor.document.text_patch import difference
+from hunav_drake.editor.faults import DEFERRED
 from hunav_drake.editor.files import SessionFile
-from hunav_drake.editor.forms import form_defaults, form_schema
 from hunav_drake.editor.state import State
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
+from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.scenario.old_words import find_old_words, renewed_text
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.templates import list_templates
-from hunav_drake.scenario.writer import SaveScenario
+from hunav_drake.scenario.writer import SaveScenario, plain
 from hunav_drake.scenarios import shipped_names
+from hunav_drake.systems.common.choice_loading import (
+    UnloadedChoice,
+    registered_only,
+)
 from hunav_drake.systems.common.old_words import TAG
+from hunav_drake.systems.robot.drives import DRIVES
+from hunav_drake.systems.robot.robot_config import ROBOTS
+from hunav_drake.systems.sensing.sensor_config import SENSORS
+from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.shapes import WALLS
 
 Callback = Callable[[dict[str, Any]], None]
 
-# What the worker says that views get as it is.
-_PASSED_ON = ("worker", "runs", "frame", "result", "summary", "error")
+# Messages of the worker that views get unchanged.
+_PASSED_ON = ("worker", "runs", "frame", "result", "summary")
+
+# The choices that are known without loading deferred ones.
+_CHOICES = (WALLS, FURNITURE, ROBOTS, DRIVES, SENSORS)
 
 
 class EditedScenario:
-    """The text, the data and the faults of a scenario that is edited.
+    """The text, the data and the faults of an edited scenario.
 
-    Messages go to all who subscribed. Its parts are `state`, which is what
-    there is to edit, and `background`.
+    Subscribers get its messages. Its parts are `state` and `background`.
     """
 
     def __init__(
@@ -44,18 +57,18 @@ class EditedScenario:
         worker: Any = None,
         scenario_name: str | None = None,
     ) -> None:
-        """Starts with a text, a scenario or a file; by default, with nothing.
+        """Starts with a text, a scenario or a file; by default an empty text.
 
         Args:
             text: The text of a scenario.
-            scenario: A scenario that was made in Python; it stays as it is.
+            scenario: A scenario, which is not changed.
             filename: The file, which is read unless there is a text. It need
                 not exist yet.
-            folder: Where files may be read and written; by default that of
-                the file, or the present one.
+            folder: The folder in which files can be read and written; by
+                default that of the file, or the current one.
             imports: Modules that were imported for the scenario.
-            worker: What checks names and runs trials; None for nothing.
-            scenario_name: Which scenario of a file of several.
+            worker: The worker that checks names and runs trials, if any.
+            scenario_name: The name of the scenario, if the file has several.
 
         Raises:
             ValueError: If the file cannot be read.
@@ -95,27 +108,27 @@ class EditedScenario:
 
     @property
     def data(self) -> Any:
-        """The scenario as plain data; parts of it never change."""
+        """The scenario as plain data, which is immutable."""
         return self.state.document.data
 
     @property
     def faults(self) -> list[dict[str, Any]]:
-        """What is wrong with it, in the form of the message ``faults``."""
+        """Its faults, in the form of the message ``faults``."""
         with self._lock:
             return self.state.faults()
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario, checked as a whole.
+        """The scenario, after all checks.
 
         Raises:
-            ScenarioError: While it has faults.
+            ScenarioError: If it has faults.
         """
         with self._lock:
             return self.state.scenario()
 
     def subscribe(self, callback: Callback) -> Callable[[], None]:
-        """Sends all messages to a function; returns what ends that."""
+        """Sends all messages to a function; returns a function to end this."""
         with self._lock:
             self._callbacks.append(callback)
 
@@ -130,8 +143,8 @@ class EditedScenario:
         """Writes the file.
 
         Args:
-            filename: The file, wherever it is; by default the one that was
-                opened, or saved last.
+            filename: The file, in any folder; by default the one that was
+                opened or saved last.
 
         Raises:
             ValueError: If it cannot be written.
@@ -144,7 +157,7 @@ class EditedScenario:
             self.send_state(None, self.data)
 
     def set_map(self, filename: str | Path) -> None:
-        """Lays a map of ROS 2 under the scenario.
+        """Sets a map of ROS 2 as background.
 
         Raises:
             ValueError: If it cannot be read.
@@ -159,13 +172,13 @@ class EditedScenario:
             self.worker.close()
 
     def replace(self, number: Any, label: str, text: str) -> None:
-        """Puts another text in the place of the present one, as one step."""
+        """Replaces the text, as one step."""
         old = self.state.document
         self.take(number, label, Document.read(text, old.prefix, old))
         self.renew()
 
     def renew(self) -> None:
-        """Writes the new words for old ones, as one step, and tells it."""
+        """Replaces old words by new ones, as one step, and sends a note."""
         old = self.state.document
         if next(find_old_words(old.data), None) is None:
             return
@@ -173,7 +186,7 @@ class EditedScenario:
         try:
             content, words = renewed_text(content, "scenario")
         except ScenarioError:
-            # What is left is told among the faults.
+            # The faults list the remaining ones.
             return
         told = ", ".join(map(repr, words))
         label = f"Write {TAG!r} for {told}"
@@ -185,13 +198,13 @@ class EditedScenario:
     def take(
         self, number: Any, label: str, document: Document, key: Any = None
     ) -> None:
-        """Takes another document, as one step, and tells it.
+        """Replaces the document, as one step, and sends it.
 
         Args:
-            number: That of the message that asked for it.
-            label: What was done.
-            document: What there is now.
-            key: Steps of one key that follow each other at once become one.
+            number: The id of the message that caused it.
+            label: The label of the step.
+            document: The new document.
+            key: Steps with the same key shortly after each other are merged.
         """
         state, old = self.state, self.state.document
         patches = difference(old.text, document.text)
@@ -203,7 +216,7 @@ class EditedScenario:
         self.tell(number, old.data)
 
     def tell(self, number: Any, before: Any) -> None:
-        """Tells the state, the faults and the text."""
+        """Sends the state, the faults and the text."""
         self.send_state(number, before)
         self.send_faults(number)
         self.send_text(number)
@@ -218,18 +231,18 @@ class EditedScenario:
             callback(message)
 
     def send_state(self, number: Any, before: Any) -> None:
-        """Sends the state; all of it unless it is known what was before."""
+        """Sends the changes of the state, or all of it without `before`."""
         self.send("state", number, **self.state.state(before))
 
     def send_faults(self, number: Any = None) -> None:
-        """Sends what is wrong."""
+        """Sends the faults."""
         state = self.state
         self.send(
             "faults", number, revision=state.revision, faults=state.faults()
         )
 
     def send_text(self, number: Any) -> None:
-        """Sends the text, and the lines of what can be selected."""
+        """Sends the text, and the lines of selectable parts."""
         state = self.state
         self.send(
             "text",
@@ -243,11 +256,11 @@ class EditedScenario:
         )
 
     def send_catalog(self, number: Any = None) -> None:
-        """Sends what can be chosen."""
+        """Sends the choices."""
         if not self._catalog:
             self._catalog = {
-                "schema": form_schema(),
-                "defaults": form_defaults(),
+                "schema": _form_schema(*map(tuple, _CHOICES)),
+                "defaults": _form_defaults(),
                 "behaviors": [],
                 "planners": [],
                 "models": [],
@@ -263,7 +276,7 @@ class EditedScenario:
         self.send("catalog", number, **self._catalog)
 
     def _check_names(self) -> None:
-        """Asks the worker for what only it can tell."""
+        """Requests the checks of the worker."""
         document = self.state.document
         if self.worker is None or document.problem:
             return
@@ -276,7 +289,7 @@ class EditedScenario:
         self._ticket = ticket, document.data
 
     def _hear(self, message: dict[str, Any]) -> None:
-        """Takes a message of the worker."""
+        """Handles a message of the worker."""
         with self._lock:
             kind = message.get("kind")
             content = {key: it for key, it in message.items() if key != "kind"}
@@ -309,3 +322,28 @@ class EditedScenario:
             state.models = models
             self.send_state(None, self.data)
         self.send_faults()
+
+
+@functools.cache
+def _form_schema(*choices: tuple[str, ...]) -> dict[str, Any]:
+    """Returns the schema of forms; `choices` are the keys of its cache."""
+    del choices
+    with registered_only(*DEFERRED):
+        return scenario_json_schema()
+
+
+def _form_defaults() -> dict[str, Any]:
+    """Returns the default scenario as plain data."""
+    with registered_only(*DEFERRED):
+        result: dict[str, Any] = _named(plain(Scenario()))
+    return result
+
+
+def _named(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _named(item) for key, item in data.items()}
+    if isinstance(data, list):
+        return [_named(item) for item in data]
+    if isinstance(data, UnloadedChoice):
+        return {key: plain(item) for key, item in data.as_data().items()}
+    return data

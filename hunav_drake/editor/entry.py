@@ -1,4 +1,4 @@
-"""The editor in a notebook: the function that makes its widget."""
+"""The function that opens the editor in a notebook."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,22 +16,22 @@ def EditScenario(
     imports: Sequence[str] = (),
     height: int = 640,
 ) -> "ScenarioEditor":
-    """Shows a scenario in a notebook, to be edited with the mouse.
+    """Shows a scenario in a notebook, to edit it with the mouse.
 
-    The widget holds the scenario as it is by then::
+    The widget has the current scenario::
 
         editor = EditScenario("cafe")
         editor                        # shows it
         RunTrial(editor.scenario)     # in a later cell
 
-    Nothing is written but by its `save`, or by Save in the editor.
+    Only its `save`, and Save in the editor, write a file.
 
     Args:
-        scenario: A Scenario, which stays as it is; the name of a shipped one;
+        scenario: A Scenario, which is not changed; the name of a shipped one;
             a file, which need not exist yet; or the text of a file. By
             default, an empty scenario.
-        imports: Modules, or paths of Python files, that register parts of
-            one's own, for the process that runs trials.
+        imports: Modules, or paths of Python files, that register user parts,
+            for the process that runs trials.
         height: The height of the widget, in pixels.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, as far as it can be told at once."""
+"""The fast checks of a scenario."""
 
 from collections.abc import Iterator, Sequence
 import dataclasses as dc
@@ -32,22 +32,22 @@ from hunav_drake.systems.planning.planner import PLANNERS
 def find_faults(
     data: Any, known: Sequence[Loc] = (), folder: Path | None = None
 ) -> list[Finding]:
-    """Looks for what can be found without Drake and without compiled code.
+    """Returns the faults that need neither Drake nor compiled code.
 
-    Names of behaviors and metrics, the parameters of planners and of motion
-    models, models of files, and populations are not looked at.
+    It does not check names of behaviors and metrics, parameters of planners
+    and motion models, models from files, and populations.
 
     Args:
         data: A scenario as plain data.
-        known: Parts that are known to be wrong already.
-        folder: Where the paths of maps start; without, no map is read.
+        known: Parts that are known to be wrong.
+        folder: The folder of relative paths of maps; without, no map is read.
     """
     with registered_only(*DEFERRED):
         return build_scenario(with_map(data, folder), FAST_CHECKS, known)[1]
 
 
 def with_map(data: Any, folder: Path | None) -> Any:
-    """Returns data whose map can be read; without it, if it is elsewhere."""
+    """Returns data with the path of the map, or without a map outside."""
     name = get(data, ("world", "map"))
     if not isinstance(name, str) or not name:
         return data
@@ -74,13 +74,13 @@ def message_of(
     line: int | None = None,
     free: FreePlaces | None = None,
 ) -> dict[str, Any]:
-    """Returns a finding as the page gets it.
+    """Returns the message to the page about a finding.
 
     Args:
-        finding: What is wrong.
+        finding: The finding.
         data: The scenario as plain data.
-        line: Its line in the text, if it is known.
-        free: Where there is room for what must be moved.
+        line: Its line in the text, if known.
+        free: Finds free places for parts that must be moved.
     """
     message, _, remedy = finding.message.partition("; ")
     return {
@@ -95,7 +95,7 @@ def message_of(
 
 
 def _without_models(check: Check) -> Check:
-    """Returns a check of a scenario without the models of its world."""
+    """Returns a check that ignores the models of the world."""
 
     def checked(scenario: Scenario) -> Iterator[Finding]:
         world = dc.replace(scenario.world, models=[])

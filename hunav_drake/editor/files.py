@@ -1,4 +1,4 @@
-"""The file of a session: read, written, and looked after."""
+"""The file of a session: reading, writing, and detecting changes."""
 
 import hashlib
 import os
@@ -17,17 +17,17 @@ class FileRefusedError(ValueError):
 
 
 class SessionFile:
-    """The file that a session edits, in a folder that it does not leave."""
+    """The file that a session edits, and the folder of its files."""
 
     def __init__(
         self, path: Path | None = None, folder: Path | None = None
     ) -> None:
-        """Starts with a file, if there is one, which need not exist yet.
+        """Constructs it.
 
         Args:
-            path: The file.
-            folder: Where others may be; by default that of the file, or the
-                present one.
+            path: The file, if there is one; it need not exist yet.
+            folder: The folder that other files must be in; by default that of
+                the file, or the current one.
         """
         self.path = None if path is None else path.resolve()
         if folder is None:
@@ -39,30 +39,31 @@ class SessionFile:
         self._digest = b""
 
     def resolve(self, name: str) -> Path:
-        """Returns the place of a name in the folder.
+        """Returns the path of a file name in the folder.
 
         Raises:
-            FileRefusedError: If it is outside the folder, or not of YAML.
+            FileRefusedError: If it is outside the folder, or not YAML.
         """
         if "\0" in name:
-            raise FileRefusedError("a file name has no null characters")
+            raise FileRefusedError("a file name cannot have null characters")
         try:
             path = (self.folder / name).resolve()
             is_inside = path.is_relative_to(self.folder)
             exists = path.exists()
         except (OSError, RuntimeError) as error:
-            words = getattr(error, "strerror", None) or "is no file name"
+            words = getattr(error, "strerror", None) or "is not a file name"
             raise FileRefusedError(f"{shown(name)}: {words}") from error
         if not is_inside:
             raise FileRefusedError(
-                f"{shown(name)} is outside the folder {self.folder}; give a"
+                f"{shown(name)} is outside the folder {self.folder}; choose a"
                 " name in it"
             )
         if not path.suffix and not exists:
             path = path.with_name(f"{path.name}.yaml")
         if path.suffix.lower() not in _SUFFIXES:
             raise FileRefusedError(
-                f"{shown(name)} is no name of a scenario; it ends in .yaml"
+                f"{shown(name)} is not the name of a scenario file; it must end"
+                " in .yaml"
             )
         return path
 
@@ -70,7 +71,7 @@ class SessionFile:
         """Reads the file.
 
         Raises:
-            FileRefusedError: If that is not possible.
+            FileRefusedError: If it cannot be read.
         """
         if self.path is None:
             raise FileRefusedError("there is no file yet; save it first")
@@ -81,10 +82,10 @@ class SessionFile:
         return text
 
     def write(self, text: str, path: Path | None = None) -> None:
-        """Writes the file, or another one, which is the session's then.
+        """Writes the file, or another one, which becomes the session's file.
 
         Raises:
-            FileRefusedError: If that is not possible.
+            FileRefusedError: If it cannot be written.
         """
         path = path or self.path
         if path is None:
@@ -101,13 +102,13 @@ class SessionFile:
         self._remember(content)
 
     def changed(self) -> bool:
-        """Tells whether somebody else has changed the file since."""
+        """Returns whether another program has changed the file since."""
         if self.path is None or self._stamp == self._now():
             return False
         try:
             content = _content(self.path)
         except FileRefusedError:
-            # It is gone, or cannot be read: saving it again is all right.
+            # Without a readable file, nothing can be overwritten.
             return False
         if hashlib.sha256(content).digest() == self._digest:
             self._stamp = self._now()
@@ -115,7 +116,7 @@ class SessionFile:
         return True
 
     def is_news(self) -> bool:
-        """Tells, once, whether somebody else has changed the file since."""
+        """Returns, once, whether another program has changed the file."""
         now = self._now()
         if now == self._told or not self.changed():
             return False
@@ -135,7 +136,7 @@ class SessionFile:
 
 
 def decoded(content: bytes, name: str) -> str:
-    """Returns bytes as text, line ends as they are, without the mark UTF-8.
+    """Returns UTF-8 bytes as text, without a byte order mark.
 
     Raises:
         FileRefusedError: If they are not UTF-8.

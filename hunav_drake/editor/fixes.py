@@ -1,4 +1,4 @@
-"""Remedies that a button can apply: the operations behind some findings."""
+"""Fixes of findings, which a button applies."""
 
 from collections.abc import Iterator
 import math
@@ -25,16 +25,16 @@ _REPEATS = re.compile(r"repeats points\[[0-9]+\]")
 def fix_of(
     finding: Finding, data: Any, free: FreePlaces | None = None
 ) -> Fix | None:
-    """Returns what mends a finding, as the page applies it.
+    """Returns the fix of a finding, for the page.
 
     Args:
-        finding: What is wrong.
+        finding: The finding.
         data: The scenario as plain data.
-        free: Where there is room for what must be moved; without, it is moved
-            out of the first thing in its way only.
+        free: Finds free places for parts that must be moved; without it, they
+            only avoid the first obstacle.
 
     Returns:
-        {"label", "ops"}, or None if only a person knows.
+        {"label", "ops"}, or None if there is no automatic fix.
     """
     fix = next(_fixes(finding, data), None)
     if fix is not None and free is not None and _MOVE.search(finding.message):
@@ -43,7 +43,7 @@ def fix_of(
 
 
 def _freed(fix: Fix, loc: Loc, data: Any, free: FreePlaces) -> Fix | None:
-    """Returns a fix that moves something to where there is room."""
+    """Returns a fix that moves a part to a free place."""
     x, y, *rest = get(data, loc)
     moved = fix["ops"][0][2]
     first = moved[0], moved[1]
@@ -105,14 +105,14 @@ def _number(loc: Loc, value: float) -> Fix:
 def _moved(
     loc: Loc, value: Any, way: tuple[float, float, float]
 ) -> Iterator[Fix]:
-    """Moves a point, or a pose, by a length along a direction."""
+    """Yields a fix that moves a point or a pose along a direction."""
     if not isinstance(value, list) or len(value) not in (2, 3):
         return
     if any(type(it) not in (int, float) for it in value):
         return
     length, x, y = way
-    # The direction is rounded: as far along it as the message says, and more
-    # rather than less. What is on a wall has none; it goes along x.
+    # The direction is rounded, so the step is rounded up. A point on a wall has
+    # no direction, and moves along x.
     norm = math.hypot(x, y)
     x, y = (x / norm, y / norm) if norm else (1.0, 0.0)
     moved = [
@@ -125,7 +125,7 @@ def _moved(
 
 
 def _away(value: float, change: float) -> float:
-    """Returns a sum in whole millimeters, rounded the way of the change."""
+    """Returns a sum in whole millimeters, rounded in the change's direction."""
     if abs(change) < 1e-3:
         return value
     scaled = round((value + change) * 1e3, 6)
@@ -145,7 +145,7 @@ def _renamed(loc: Loc, data: Any, name: str) -> Iterator[Fix]:
 
 
 def _unique(loc: Loc, data: Any, value: Any) -> Iterator[Fix]:
-    """Gives a name or a number that nobody has."""
+    """Yields a fix that sets a free name or number."""
     members = get(data, loc[:-2])
     if not isinstance(members, list):
         return
@@ -169,8 +169,7 @@ def _unique(loc: Loc, data: Any, value: Any) -> Iterator[Fix]:
 
 
 def _clamped(loc: Loc, value: Any, found: re.Match[str]) -> Iterator[Fix]:
-    """Sets a number to the end of its range that it is beyond."""
-    # What is not a number is neither above nor below.
+    """Yields a fix that limits a number to its range."""
     if type(value) not in (int, float):
         return
     low, high = float(found[2]), float(found[3])

@@ -1,4 +1,4 @@
-"""Finds the nearest place where nothing stands."""
+"""Finds the nearest free place."""
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
@@ -11,23 +11,23 @@ import shapely
 from hunav_drake.editor.document.plain_data import get
 from hunav_drake.scenario.error import Loc
 
-# How far is looked, and how finely, in meters; in how many directions.
+# The range and the step of the search, in meters, and its directions.
 _FARTHEST = 6.0
 _STEP = 0.1
 _DIRECTIONS = 16
 
-# What is kept free around a body, in meters.
+# The clearance around a body, in meters.
 _MARGIN = 1e-3
 
-# What a body has that says nothing of its radius, in meters.
+# The default radius of a body, in meters.
 _RADIUS = 0.35
 
 
 class FreePlaces:
-    """The places that the outlines of a world leave free."""
+    """Finds places outside the outlines of a world."""
 
     def __init__(self, outlines: Mapping[str, Mapping[str, Any]]) -> None:
-        """Takes outlines as the map draws them; see `Outlines`."""
+        """Constructs it for the outlines of the map: see `Outlines`."""
         self._outlines = [it for it in outlines.values() if it["height"] > 0]
 
     @cached_property
@@ -47,15 +47,15 @@ class FreePlaces:
         radius: float,
         first: tuple[float, float] | None = None,
     ) -> tuple[float, float] | None:
-        """Returns the place nearest to another one where a disc has room.
+        """Returns the nearest free place for a disc.
 
         Args:
-            place: Where to look, in meters.
-            radius: That of the disc, in meters.
-            first: A place that is taken if there is room.
+            place: The center of the search, in meters.
+            radius: The radius of the disc, in meters.
+            first: A place that is preferred if it is free.
 
         Returns:
-            The place in whole millimeters; None if there is none in 6 m.
+            The place in whole millimeters; None if there is none within 6 m.
         """
         if first is not None and self._are_free([first], radius)[0]:
             return first
@@ -81,10 +81,7 @@ class FreePlaces:
 
 
 def radius_at(loc: Loc, data: Any) -> float:
-    """Returns the radius of what stands at a place of a scenario, in meters.
-
-    A person's goal is a point.
-    """
+    """Returns the radius of a body by its path, in meters; 0 for a goal."""
     if len(loc) > 2 and loc[2] == "goals":
         return 0.0
     holder: Iterable[Any] = loc[:2] if loc[0] == "humans" else loc[:1]

@@ -1,4 +1,4 @@
-"""Takes over what HuNavSim's files, or other scenarios, say."""
+"""Imports files of HuNavSim and other scenarios."""
 
 from typing import Any, Literal, NamedTuple, TypeGuard
 
@@ -17,12 +17,12 @@ Mode = Literal["replace", "add"]
 
 
 class Imported(NamedTuple):
-    """What an import makes of a scenario.
+    """The result of an import.
 
     Attributes:
-        data: The scenario after it, as plain data.
-        notes: What could not be carried over, each in a line.
-        text: The text, if that is to be taken as it is.
+        data: The new scenario, as plain data.
+        notes: The parts that were not imported, a line for each.
+        text: The text, if it is used unchanged.
     """
 
     data: dict[str, Any]
@@ -33,19 +33,18 @@ class Imported(NamedTuple):
 def imported(
     data: dict[str, Any], kind: Kind, mode: Mode, name: str, text: str
 ) -> Imported:
-    """Returns what becomes of a scenario by an import.
+    """Imports a file into a scenario.
 
     Args:
-        data: The scenario, which stays as it is.
-        kind: What the file is: HuNavSim's agents.yaml or metrics.yaml, or a
-            scenario.
-        mode: Whether people and walls are put in place of the present ones,
-            or beside them.
-        name: What messages call the file.
-        text: What is in it.
+        data: The scenario, which is not changed.
+        kind: The type of the file: HuNavSim's agents.yaml or metrics.yaml, or
+            a scenario.
+        mode: Whether people and walls replace the current ones, or are added.
+        name: The name of the file in messages.
+        text: The content of the file.
 
     Raises:
-        ScenarioError: With all that is wrong in the file, by its own lines.
+        ScenarioError: With all faults of the file, by line.
     """
     if kind == "scenario":
         return _scenario(data, mode, name, text)
@@ -95,12 +94,12 @@ def _with_evaluator(
 
 
 def _with_more(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
-    """Returns a scenario with the people and walls of another one, too."""
+    """Returns a scenario with the people and walls of another one added."""
     result = dict(data)
     humans = _list(data.get("humans"))
     more = [dict(it) for it in _list(other.get("humans")) if _is_dict(it)]
     if more:
-        # (What is neither text nor number is a fault of its own.)
+        # (Other types are reported as faults.)
         names = {
             name for it in humans if isinstance(name := _of(it, "name"), str)
         }
@@ -124,7 +123,7 @@ def _of(value: Any, key: str) -> Any:
 
 
 def _make_unique(human: dict[str, Any], names: set[str], ids: set[int]) -> None:
-    """Gives a person a name and a number that nobody has."""
+    """Gives a person a unique name and number."""
     name = human.get("name")
     if isinstance(name, str) and name:
         stem, count = name, 2

@@ -1,6 +1,6 @@
-"""The messages that a page, or a widget, sends to a session."""
+"""The messages from a page or a widget to a session."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import (
     ConfigDict,
@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.suggest import shown, suggestion
 
-# The longest text of a message, and of a name in one.
+# The maximum lengths of a text and of a name in a message.
 _MAX_TEXT = 16 * 2**20
 _MAX_NAME = 4096
 
@@ -38,21 +38,21 @@ Operations = Annotated[list[Operation], Field(max_length=10_000)]
 
 @_message
 class Message:
-    """What all messages have: what gives the answers their number."""
+    """The base of all messages; the answers have the same id."""
 
     id: Id = None
 
 
 @_message
-class Hello(Message):
-    """A view asks for all that there is."""
+class Request(Message):
+    """Requests the whole state, or a step of the history, or a stop of runs."""
 
-    do: Literal["hello"]
+    do: Literal["hello", "undo", "redo", "cancel"]
 
 
 @_message
 class Edit(Message):
-    """Operations on the data: one step."""
+    """Changes the data by operations, as one step."""
 
     do: Literal["edit"]
     base: StrictInt
@@ -62,7 +62,7 @@ class Edit(Message):
 
 @_message
 class Preview(Message):
-    """Operations to be checked only."""
+    """Checks operations without applying them."""
 
     do: Literal["preview"]
     base: StrictInt
@@ -71,7 +71,7 @@ class Preview(Message):
 
 @_message
 class TypedText(Message):
-    """The text as somebody has typed it."""
+    """Replaces the text by the text that the user typed."""
 
     do: Literal["text"]
     base: StrictInt
@@ -79,22 +79,8 @@ class TypedText(Message):
 
 
 @_message
-class Undo(Message):
-    """Takes back the last step."""
-
-    do: Literal["undo"]
-
-
-@_message
-class Redo(Message):
-    """Does again what was taken back last."""
-
-    do: Literal["redo"]
-
-
-@_message
 class Save(Message):
-    """Writes the file, or one of another name."""
+    """Writes the file, perhaps with another name."""
 
     do: Literal["save"]
     filename: FileName | None = None
@@ -120,7 +106,7 @@ class Open(Message):
 
 @_message
 class UseTemplate(Message):
-    """Starts with one of the templates of `hunav new`."""
+    """Starts from a template of `hunav new`."""
 
     do: Literal["template"]
     name: StrictStr
@@ -129,7 +115,7 @@ class UseTemplate(Message):
 
 @_message
 class Import(Message):
-    """Takes over what a file of HuNavSim, or a scenario, says."""
+    """Imports a file of HuNavSim or a scenario."""
 
     do: Literal["import"]
     kind: Literal["agents", "metrics", "scenario"]
@@ -140,9 +126,9 @@ class Import(Message):
 
 @_message
 class UseBackground(Message):
-    """Lays a map or a picture under the scenario; files are in base64.
+    """Sets a map or a picture as background; files are in base64.
 
-    Where it lies, in meters and radians, is said for pictures without a map.
+    Width and origin, in meters and radians, are for pictures without a map.
     """
 
     do: Literal["background"]
@@ -154,7 +140,7 @@ class UseBackground(Message):
 
 @_message
 class Trace(Message):
-    """Makes walls of the background."""
+    """Converts the background to walls."""
 
     do: Literal["trace"]
     base: StrictInt
@@ -171,27 +157,18 @@ class Run(Message):
         list[Annotated[StrictInt, Field(ge=0, le=2**63 - 1)]],
         Field(max_length=10_000),
     ] = Field(default_factory=list)
-    planners: Annotated[list[Any], Field(max_length=100)] = Field(
+    planners: Annotated[list[StrictStr], Field(max_length=100)] = Field(
         default_factory=list
     )
-    speed: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    speed: Annotated[float, Field(ge=0, le=1000)] | None = None
     workers: Annotated[StrictInt, Field(ge=1, le=256)] = 1
 
 
-@_message
-class Cancel(Message):
-    """Stops the runs."""
-
-    do: Literal["cancel"]
-
-
 AnyMessage = (
-    Hello
+    Request
     | Edit
     | Preview
     | TypedText
-    | Undo
-    | Redo
     | Save
     | Reload
     | Open
@@ -200,42 +177,26 @@ AnyMessage = (
     | UseBackground
     | Trace
     | Run
-    | Cancel
 )
 _ADAPTER: TypeAdapter[AnyMessage] = TypeAdapter(
     Annotated[AnyMessage, Field(discriminator="do")]
 )
 _KINDS = [
-    "hello",
-    "edit",
-    "preview",
-    "text",
-    "undo",
-    "redo",
-    "save",
-    "reload",
-    "open",
-    "template",
-    "import",
-    "background",
-    "trace",
-    "run",
-    "cancel",
+    kind
+    for message in get_args(AnyMessage)
+    for kind in get_args(message.__annotations__["do"])
 ]
 
 
 class MessageError(ValueError):
-    """A message is none of the protocol; the text says why, in one line."""
+    """A message does not follow the protocol; the text says why."""
 
 
 def read_message(message: Any) -> AnyMessage:
-    """Returns a message as it was meant.
-
-    Args:
-        message: What was received: a mapping, if all is well.
+    """Returns the message object of a received mapping.
 
     Raises:
-        MessageError: If it is no message of the protocol.
+        MessageError: If it does not follow the protocol.
     """
     if not isinstance(message, dict):
         raise MessageError(f"a message is a mapping, got {shown(message)}")
@@ -249,7 +210,7 @@ def read_message(message: Any) -> AnyMessage:
         return _ADAPTER.validate_python(message)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        # Without the names of the kinds of operations.
+        # Without the names of the types of operations.
         steps = [str(it) for it in first["loc"][1:] if "[" not in str(it)]
         place = ".".join(steps) or "whole"
         raise MessageError(
@@ -257,11 +218,11 @@ def read_message(message: Any) -> AnyMessage:
             f" {shown(first['input'])}"
         ) from None
     except RecursionError:
-        raise MessageError(f"the message {kind!r} nests too deep") from None
+        raise MessageError(f"the message {kind!r} is nested too deep") from None
 
 
 def id_of(message: Any) -> Any:
-    """Returns the number of a message, as far as it has one."""
+    """Returns the id of a message; None if it has no valid one."""
     number = message.get("id") if isinstance(message, dict) else None
     is_text = isinstance(number, str) and len(number) <= 200
     return number if is_text or type(number) is int else None

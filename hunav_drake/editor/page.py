@@ -1,4 +1,4 @@
-"""The page of the editor: a server on this machine, for one session."""
+"""The web server of the editor, on this machine, for one session."""
 
 import asyncio
 from collections.abc import Callable
@@ -28,18 +28,17 @@ HOST = "127.0.0.1"
 # The largest message that a page may send, in bytes.
 MAX_MESSAGE = 16 * 2**20
 
-# How long the server goes on after the last page was closed, in seconds.
+# How long the server runs after the last page was closed, in seconds.
 LINGER = 30.0
 
-# How often to look whether the file was changed, in seconds.
+# The period of checking whether the file was changed, in seconds.
 LOOK = 2.0
 
-
-# How long a connection may say nothing, or take for a request, in seconds. (A
-# page is known to be there by the pings of its channel.)
+# The time limit for an idle connection and for a request, in seconds. (Pings
+# keep the channel of a page open.)
 IDLE = 60.0
 
-# Files have their ports among these, which nobody gets who asks for any port.
+# The range of the ports of files, which has no ephemeral ports.
 _PORTS = range(20_000, 30_000)
 
 _TYPES = {
@@ -54,8 +53,8 @@ _POLICY = (
     " base-uri 'none'; form-action 'none'"
 )
 
-# Reports and replays are pages of their own with inline scripts. They run
-# without an origin, so they cannot reach the editor, nor its cookie.
+# Reports and replays are separate pages with inline scripts. They run without
+# an origin, so they have no access to the editor and its cookie.
 _RESULT_POLICY = (
     "sandbox allow-scripts allow-downloads; default-src 'none';"
     " script-src 'unsafe-inline' 'unsafe-eval' blob: data:;"
@@ -63,7 +62,7 @@ _RESULT_POLICY = (
     " connect-src data: blob:; font-src data:; worker-src blob:"
 )
 
-# Finds a file of a result by the token of the runs, the run and its name.
+# Finds a file of a result by token, run and name.
 FindFile = Callable[[str, str, str], Path | None]
 
 
@@ -82,15 +81,14 @@ class EditPage:
         """Opens the port; `run` serves it.
 
         Args:
-            session: What the pages show and edit.
-            port: The port on 127.0.0.1; 0 for any that is free. By default
-                always the same for a file, as long as it is free, for what a
-                browser keeps of unsaved work belongs to the port.
+            session: The session that the pages show and edit.
+            port: The port on 127.0.0.1; 0 for any free one. By default a fixed
+                port for each file, if it is free, because a browser keeps
+                unsaved work by port.
             find_file: Finds the file of a result; None if there are none.
-            linger: How long to go on without pages, after the last one was
-                closed, in seconds.
-            idle: How long a connection may say nothing, or take for a request,
-                in seconds.
+            linger: How long to run after the last page was closed, in seconds.
+            idle: The time limit for an idle connection and for a request, in
+                seconds.
 
         Raises:
             OSError: If the port is taken.
@@ -125,7 +123,7 @@ class EditPage:
         return f"hunav_edit_{self.port}"
 
     def application(self) -> Application:
-        """Returns what answers requests."""
+        """Returns the web application."""
         names = "|".join(sorted(self.static)).replace(".", r"\.")
         page = {"page": self}
         return Application(
@@ -144,10 +142,10 @@ class EditPage:
         )
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
-        """Serves until `stop`, Ctrl-C, or a while after the last page.
+        """Serves until `stop`, Ctrl-C, or some time after the last page.
 
         Args:
-            ready: Is called once pages are served.
+            ready: Called once pages are served.
         """
         asyncio.run(self._serve(ready))
 
@@ -173,41 +171,41 @@ class EditPage:
             server.stop()
             for channel in list(self._pages):
                 channel.close()
-            # Browsers keep connections for what they ask for next.
+            # Browsers keep connections open for further requests.
             await server.close_all_connections()
             self._thread.shutdown(cancel_futures=True)
 
     def stop(self) -> None:
-        """Ends `run`; from any thread."""
+        """Ends `run`; may be called from any thread."""
         if self._loop is not None:
             self._loop.add_callback(self._ended.set)
 
     def do(self, function: Callable[..., object], *args: Any) -> None:
-        """Lets the session work, one thing after the other, in a thread.
+        """Calls functions of the session one after another, in a thread.
 
         So a large text, or a file on a slow disk, does not block the server.
         """
         self._thread.submit(function, *args).add_done_callback(_tell_failure)
 
     def may(self, request: Any) -> bool:
-        """Tells whether a request names this server as its host.
+        """Returns whether a request has the right host name.
 
-        Another name may be one that leads here by a trick with DNS.
+        Another name may come from an attack with DNS.
         """
         hosts = {f"{name}:{self.port}" for name in (HOST, "localhost")}
         return request.host in hosts
 
     def knows(self, handler: RequestHandler) -> bool:
-        """Tells whether a request has the cookie of this server."""
+        """Returns whether a request has the cookie of this server."""
         given = handler.get_cookie(self.cookie) or ""
         return hmac.compare_digest(given.encode(), self._secret.encode())
 
     def is_token(self, given: str) -> bool:
-        """Tells whether a text is the token of the address."""
+        """Returns whether a text is the token of the address."""
         return hmac.compare_digest(given.encode(), self.token.encode())
 
     def let_in(self, handler: RequestHandler) -> None:
-        """Gives a browser the cookie."""
+        """Sets the cookie in a browser."""
         handler.set_cookie(
             self.cookie,
             self._secret,
@@ -224,14 +222,14 @@ class EditPage:
             self._ending = None
 
     def closed(self, channel: "_Channel") -> None:
-        """Takes a page away; after the last, the server ends in a while."""
+        """Removes a page; after the last one, the server ends later."""
         self._pages.discard(channel)
         if not self._pages and self._ending is None:
             loop = IOLoop.current()
             self._ending = loop.call_later(self._linger, self.stop)
 
     def _tell(self, message: dict[str, Any]) -> None:
-        """Sends a message to all pages; it may come from any thread."""
+        """Sends a message to all pages; may be called from any thread."""
         text = json.dumps(message, allow_nan=False)
         if IOLoop.current(instance=False) is self._loop:
             self._send(text)
@@ -242,18 +240,18 @@ class EditPage:
         for channel in list(self._pages):
             with suppress(WebSocketClosedError):
                 sent = channel.write_message(text)
-                # A page that is closed meanwhile need not be told of.
+                # Retrieves the exception of a page that was closed.
                 sent.add_done_callback(asyncio.Future.exception)
 
 
 def _tell_failure(work: Future[object]) -> None:
-    """Shows what no message of the session may end in."""
+    """Logs an unexpected exception of the session."""
     if not work.cancelled() and (error := work.exception()) is not None:
         app_log.error("the editor failed", exc_info=error)
 
 
 def _bound(session: EditSession, port: int | None) -> list[socket.socket]:
-    """Opens a port; that of the session's file if none is given."""
+    """Opens a port, by default that of the session's file."""
     if port is not None:
         return bind_sockets(port, HOST)
     file = session.state.file
@@ -266,7 +264,7 @@ def _bound(session: EditSession, port: int | None) -> list[socket.socket]:
 
 
 class _Checked(RequestHandler):
-    """A request that names the right host."""
+    """A handler that checks the host of its requests."""
 
     def initialize(self, page: EditPage) -> None:
         self.page = page
@@ -287,13 +285,13 @@ class _Checked(RequestHandler):
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         words = {
             403: "Open the address that `hunav edit` has printed.\n",
-            404: "There is nothing here.\n",
+            404: "This page does not exist.\n",
         }
         self.finish(words.get(status_code, f"{status_code}\n"))
 
 
 class _Nothing(_Checked):
-    """Whatever else is asked for."""
+    """All other addresses."""
 
     def prepare(self) -> None:
         super().prepare()
@@ -301,7 +299,7 @@ class _Nothing(_Checked):
 
 
 class _Index(_Checked):
-    """The page; its address with the token gives the cookie."""
+    """The page; its address with the token sets the cookie."""
 
     def get(self) -> None:
         given = self.get_query_argument("token", None)
@@ -309,7 +307,7 @@ class _Index(_Checked):
             if not self.page.is_token(given):
                 raise HTTPError(403)
             self.page.let_in(self)
-            # The token is not kept in the history of the browser.
+            # The browser's history does not keep the token.
             self.redirect("/")
             return
         if not self.page.knows(self):
@@ -319,7 +317,7 @@ class _Index(_Checked):
 
 
 class _Static(_Checked):
-    """A file of the page, of a fixed list."""
+    """A file of the page, from a fixed list."""
 
     def get(self, name: str) -> None:
         if not self.page.knows(self):
@@ -331,7 +329,7 @@ class _Static(_Checked):
 class _Result(_Checked):
     """A file of a run. Its address is secret, so it needs no cookie.
 
-    (A page without an origin does not send one when it links to another.)
+    (A page without an origin does not send cookies with its links.)
     """
 
     def set_default_headers(self) -> None:
@@ -360,8 +358,8 @@ class _Channel(WebSocketHandler):
     def prepare(self) -> None:
         if not (self.page.may(self.request) and self.page.knows(self)):
             raise HTTPError(403)
-        # Browsers always tell it; what does not is none. (Tornado by itself
-        # lets in other schemes of the same host.)
+        # Browsers always send it. (Tornado accepts other schemes of the same
+        # host by default.)
         if not self.check_origin(self.request.headers.get("Origin", "")):
             raise HTTPError(403)
 

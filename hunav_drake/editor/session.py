@@ -1,4 +1,4 @@
-"""A session of editing one scenario, without a page: messages in and out."""
+"""An editing session of one scenario: messages in and out."""
 
 from typing import Any
 
@@ -13,19 +13,18 @@ from hunav_drake.systems.common.choice_loading import registered_only
 
 
 class EditSession(EditedScenario):
-    """Edits a scenario by messages, which come by `receive`."""
+    """Edits a scenario by messages to `receive`."""
 
     def receive(self, message: Any) -> None:
-        """Does what a message says; whatever it is, it is answered.
+        """Handles a message.
 
-        A message that cannot be followed is answered with an ``error``, and
-        nothing has changed.
+        If it fails, the answer is an ``error``, and nothing has changed.
         """
         with self._lock, registered_only():
             number = id_of(message)
             try:
                 known = read_message(message)
-                COMMANDS[type(known)](self, known)
+                COMMANDS[known.do](self, known)
             except (
                 MessageError,
                 OperationError,
@@ -43,10 +42,9 @@ class EditSession(EditedScenario):
                 )
 
     def poll(self) -> None:
-        """Looks whether somebody else has changed the file.
+        """Checks whether another program has changed the file.
 
-        If so, it is read again; with changes that are not saved, that is
-        asked, once.
+        If so, it is read again; if there are unsaved changes, asks first, once.
         """
         with self._lock:
             file = self.state.file
@@ -57,8 +55,8 @@ class EditSession(EditedScenario):
                 return
             self.send(
                 "ask",
-                question=f"{file.path} was changed by another program. Read it"
-                " again? Your changes can be got back by undo.",
+                question=f"{file.path} was changed by another program. Reload"
+                " it? Undo restores your changes.",
                 again={"do": "reload", "confirm": True},
             )
 

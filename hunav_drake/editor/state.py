@@ -1,4 +1,4 @@
-"""What a session knows at one time, as views are told."""
+"""The state of a session, and its messages to views."""
 
 from collections.abc import Mapping, Sequence
 import copy
@@ -32,20 +32,21 @@ from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.world.maps.map_file import map_outlines
 from hunav_drake.systems.world.solids import WorldFileError
 
-# For so many faults a free place is looked for; so many old words are told.
+# The maximum number of faults with a search for a free place, and of warnings
+# about old words.
 _MAX_FREED = 50
 
 
 @dc.dataclass
 class State:
-    """The document of a session, with all that belongs to it.
+    """The document of a session, with its file and its history.
 
     Attributes:
         document: The text and the data.
-        file: Where they are kept.
-        saved: The text as it is in the file.
-        revision: How often they have changed.
-        steps: How to go back.
+        file: The file.
+        saved: The text in the file.
+        revision: The number of changes.
+        steps: The steps to undo and redo.
     """
 
     document: Document
@@ -58,19 +59,19 @@ class State:
         self._outlines = Outlines()
         self._told: dict[str, Outline] | None = None
         self.findings: list[Finding] = []
-        # What the worker has found, and in which data.
+        # The findings of the worker, and the data that it checked.
         self.checked: list[Finding] = []
         self.checked_data: Any = None
-        # The outlines of models by their files, as the worker has cut them.
+        # The outlines of models by file, from the worker.
         self.models: Mapping[str, Sequence[ArrayLike]] = {}
 
     @property
     def is_dirty(self) -> bool:
-        """Whether there is something to save."""
+        """Whether there are unsaved changes."""
         return self.document.text != self.saved
 
     def look(self) -> None:
-        """Looks for faults in the present data."""
+        """Checks the current data."""
         document = self.document
         size = len(document.prefix)
         known = [
@@ -84,7 +85,7 @@ class State:
         """Returns the content of the message ``state``.
 
         Args:
-            before: The data that views have; None if they have nothing.
+            before: The data that views have; None if they have none.
         """
         document, data = self.document, self.document.data
         outlines = self._all_outlines()
@@ -104,14 +105,14 @@ class State:
         }
 
     def name(self) -> str:
-        """Returns what the scenario is called."""
+        """Returns the name of the scenario, by default that of its file."""
         name = self.document.data.get("name")
         if not isinstance(name, str) or not name:
             name = self.file.path.stem if self.file.path else ""
         return name
 
     def faults(self) -> list[dict[str, Any]]:
-        """Returns what is wrong, in the form of the message ``faults``."""
+        """Returns the faults, in the form of the message ``faults``."""
         document, data = self.document, self.document.data
         size = len(document.prefix)
         result = []
@@ -135,7 +136,7 @@ class State:
         return [*result, *self._warnings()]
 
     def scenario(self) -> Scenario:
-        """Returns the scenario, checked as a whole.
+        """Returns the scenario, after all checks.
 
         Raises:
             ScenarioError: If it has faults.
@@ -159,14 +160,14 @@ class State:
         return dc.replace(scenario, name=scenario.name or self.name())
 
     def preview(self, data: Any) -> list[dict[str, Any]]:
-        """Returns what would be wrong with other data."""
+        """Returns the faults of other data."""
         found = find_faults(data, folder=self.file.folder)
         return [
             message_of(it, data, self.document.line(it.loc)) for it in found
         ]
 
     def _still_checked(self) -> list[Finding]:
-        """Returns what the worker has found about parts that are as then."""
+        """Returns the worker's findings about parts that did not change."""
         gone = object()
         return [
             found
@@ -216,5 +217,5 @@ class State:
         try:
             return map_outlines(path)
         except WorldFileError:
-            # It is told as a fault.
+            # The check reports it.
             return ()

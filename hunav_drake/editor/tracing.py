@@ -1,4 +1,4 @@
-"""Makes walls of the dark cells of a background."""
+"""Converts the dark cells of a background to walls."""
 
 from typing import Any
 
@@ -8,14 +8,14 @@ from hunav_drake.editor.background import Background, BackgroundError
 from hunav_drake.systems.world.maps.outlines import outlines
 from hunav_drake.systems.world.solids import turned
 
-# How far corners may be from the outlines of cells, in cells: first the usual
-# distance, then less, if that is too coarse, then more, for too many corners.
+# The tolerances of simplification, in cells: first the usual one, then smaller
+# ones, if that is too coarse, then larger ones, if there are too many corners.
 _TOLERANCES = (1.0, 0.5, 0.25, 2.0, 4.0, 8.0)
 
 # The smallest wall, in cells.
 _MIN_AREA = 2.0
 
-# More walls than these are no plan of a building, but noise.
+# With more walls, the image is probably noise.
 _MAX_WALLS = 2000
 _MAX_POINTS = 1000
 
@@ -24,11 +24,11 @@ def traced_walls(background: Background) -> list[dict[str, Any]]:
     """Returns polygons around the dark cells, as walls in plain data.
 
     Their corners are those of the outlines (see `maps/outlines.py`), without
-    those that are nearer than one cell to the line of the others (Douglas and
+    those that are within one cell of the line through the others (Douglas and
     Peucker 1973). Specks of less than two cells are left out.
 
     Raises:
-        BackgroundError: If there is nothing dark, or too much.
+        BackgroundError: If there are no dark cells, or too many walls.
     """
     try:
         found = outlines(background.occupied)
@@ -41,19 +41,17 @@ def traced_walls(background: Background) -> list[dict[str, Any]]:
         points = turned(corners * background.cell, background.origin)
         walls.append({"type": "polygon", "points": points.round(3).tolist()})
     if not walls:
-        raise BackgroundError(
-            f"{background.name} has no dark places to make walls of"
-        )
+        raise BackgroundError(f"{background.name} has no dark areas for walls")
     if len(walls) > _MAX_WALLS:
         raise BackgroundError(
             f"{background.name} would give {len(walls)} walls, more than"
-            f" {_MAX_WALLS}; clean the image of its specks first"
+            f" {_MAX_WALLS}; remove specks from the image first"
         )
     return walls
 
 
 def _simplified(outline: Any) -> Any:
-    """Returns few corners of an outline in cells; None for a speck."""
+    """Returns a simplified outline, in cells; None for a speck."""
     whole = shapely.Polygon(outline)
     if whole.area < _MIN_AREA:
         return None

@@ -23,18 +23,15 @@ if TYPE_CHECKING:
 _STATIC = resources.files("hunav_drake.editor") / "static"
 _IMPORT = re.compile(r'from "\./([\w-]+\.js)"')
 
-# How often the file is looked after, at most, in seconds.
+# The least time between checks of the file, in seconds.
 _LOOK = 2.0
 
 
 def modules_in_order(first: str = "editor.js") -> list[tuple[str, str]]:
-    """Returns a module of the front end after all that it imports.
+    """Returns names and texts of front-end modules, each after its imports.
 
     Args:
-        first: The name of the file.
-
-    Returns:
-        Names and texts; whatever a module imports comes before it.
+        first: The file name of the last module.
     """
     found: dict[str, str] = {}
 
@@ -89,14 +86,14 @@ class ScenarioEditor(anywidget.AnyWidget):
     def __repr__(self) -> str:
         path = self._session.state.file.path
         command = f"hunav edit {path or 'FILE'}"
-        return f"The editor of a scenario. If it is not seen here: {command}"
+        return f"The scenario editor. If it is not visible here: {command}"
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario as it is now.
+        """The current scenario.
 
         Raises:
-            ScenarioError: While it has faults.
+            ScenarioError: If it has faults.
         """
         return self._session.scenario
 
@@ -107,7 +104,7 @@ class ScenarioEditor(anywidget.AnyWidget):
 
     @property
     def faults(self) -> list[dict[str, Any]]:
-        """What is wrong with it: mappings of path, message, remedy, ..."""
+        """Its faults: mappings with path, message, remedy, ..."""
         return self._session.faults
 
     @property
@@ -135,16 +132,16 @@ class ScenarioEditor(anywidget.AnyWidget):
     def on_change(
         self, function: Callable[["ScenarioEditor"], object]
     ) -> Callable[[], None]:
-        """Lets a function be called with the widget after each change.
+        """Calls a function with the widget after each change.
 
         Returns:
-            What ends this.
+            A function that ends this.
         """
         known = self._session.state.revision
 
         def listen(message: dict[str, Any]) -> None:
             nonlocal known
-            # The text comes last: whoever is called sees all of the change.
+            # The text is the last message of a change.
             if message["kind"] == "text" and message["revision"] != known:
                 known = message["revision"]
                 function(self)
@@ -152,18 +149,18 @@ class ScenarioEditor(anywidget.AnyWidget):
         return self._session.subscribe(listen)
 
     def close(self) -> None:
-        """Takes the widget away, and ends its process."""
+        """Closes the widget, and ends its process."""
         if "_session" in self.__dict__:
             self._session.close()
         super().close()
 
     def _receive(self, _: Any, message: Any, buffers: Any) -> None:
-        """Takes a message of the front end."""
+        """Handles a message of the front end."""
         if isinstance(message, dict) and message.get("do") == "result_file":
             self._send_file(message)
             return
         if isinstance(message, dict) and message.get("do") == "hello":
-            # Only now, for a widget may be made and never shown.
+            # Only now, because a widget may never be shown.
             self._worker.start()
         now = time.monotonic()
         if now - self._looked > _LOOK:
@@ -176,9 +173,9 @@ class ScenarioEditor(anywidget.AnyWidget):
         run, name = str(message.get("run")), str(message.get("name"))
         path = self._worker.file(self._worker.results.token, run, name)
         if path is None:
-            self.send({"kind": "error", "message": "There is no such file."})
+            self.send({"kind": "error", "message": "The file does not exist."})
             return
-        # It stands alone: there is no page beside it.
+        # Its link to another page would not work.
         content = path.read_bytes().replace(b'href="replay.html"', b"")
         answer = {"kind": "result_file", "run": run, "name": name}
         self.send(answer, buffers=[content])
@@ -187,7 +184,7 @@ class ScenarioEditor(anywidget.AnyWidget):
 def _source(
     scenario: Scenario | str | Path | None,
 ) -> tuple[str | None, Path | None]:
-    """Returns the text and the file that are meant by a scenario."""
+    """Returns the text and the file of a scenario argument."""
     if scenario is None or isinstance(scenario, Scenario):
         return None, None
     if isinstance(scenario, str) and ("\n" in scenario or ": " in scenario):
@@ -204,7 +201,7 @@ def _source(
 
 
 def _dispatch() -> Callable[..., object] | None:
-    """Returns what calls functions in the thread of the notebook's cells."""
+    """Returns a function that calls others in the thread of the cells."""
     try:
         return asyncio.get_running_loop().call_soon_threadsafe
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""Reports on one run or many, as HTML."""
+"""Reports on one or more runs, as HTML."""
 
 from hunav_drake.report.writing import WriteReport
 

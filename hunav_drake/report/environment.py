@@ -1,4 +1,4 @@
-"""Pages from templates, as files."""
+"""Writes pages from templates."""
 
 import os
 from pathlib import Path
@@ -11,12 +11,12 @@ from hunav_drake.systems.common.files import atomic_write
 
 
 def write_page(filename: Path, template: str, **content: Any) -> Path:
-    """Writes a page in one piece.
+    """Writes a page atomically.
 
     Args:
         filename: The file to write; an existing one is replaced.
         template: The name of a template of this package.
-        content: What it shows.
+        content: The variables of the template.
 
     Returns:
         The path of the file.

@@ -1,4 +1,4 @@
-"""The figures of a report: plots as SVG that stands inside a page."""
+"""The figures of a report: plots as SVG inside a page."""
 
 from collections.abc import Callable, Sequence
 import io
@@ -23,7 +23,7 @@ class ReportFigure(NamedTuple):
     """A plot and its caption.
 
     Attributes:
-        caption: What is to be seen, as text.
+        caption: The caption, as text.
         svg: The plot as markup, in which Matplotlib has escaped all text.
     """
 
@@ -42,11 +42,10 @@ def make_figure(
     """Returns a plot as a part of a page.
 
     Args:
-        name: A name that no other figure of the page has, of letters, digits
-            and "-".
-        caption: What is to be seen, as text.
+        name: A unique name on the page, of letters, digits and "-".
+        caption: The caption, as text.
         size: Width and height, in inches.
-        draw: Draws on the axes that it is given.
+        draw: Draws on the axes that it gets.
         layout: The layout of Matplotlib.
     """
     import matplotlib as mpl
@@ -54,11 +53,11 @@ def make_figure(
 
     from hunav_drake.report.plots.style import set_text_sizes
 
-    # Text stays text, so that the browser finds a font for any script; and the
-    # same drawing is the same text.
+    # Text stays text, so the browser chooses fonts for any script. The salt
+    # makes equal drawings equal files.
     settings = {"svg.fonttype": "none", "svg.hashsalt": name}
     with mpl.rc_context(settings), warnings.catch_warnings():
-        # The browser has the letters; only their size is unknown here.
+        # The browser has the glyphs; only their size is unknown here.
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         drawing = Figure(figsize=size, layout=layout)
         ax = drawing.subplots()
@@ -77,8 +76,8 @@ def run_figures(
 
     Args:
         runs: One run, or several.
-        key: What the names of the figures begin with.
-        captions: Those of the plots; of fewer, the last plots are left out.
+        key: The prefix of the figures' names.
+        captions: The captions; with fewer captions, the last plots are omitted.
         height: The height of plots over time, in inches.
     """
     count = len(recordings(runs))

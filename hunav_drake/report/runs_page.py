@@ -1,4 +1,4 @@
-"""The page about many runs, whatever has made them."""
+"""The page about several runs, of a suite or single ones."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -49,14 +49,14 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import FACTS, headline_of, unit_of
 from hunav_drake.trial.quantity_text import label_text
 
-# More lines than this in a plot over time could not be told apart.
+# The maximum number of lines in a plot over time.
 _MOST_LINES = 6
 
 # The height of a plot over time, in inches.
 _SERIES = 2.4
 
-# More pairs of planners, and more runs, are folded: the page is for reading.
-# Of even more runs the rest is in the file of runs alone.
+# If there are more pairs of planners, or more runs, they are folded. The page
+# lists at most _MOST_LISTED runs.
 _MOST_OPEN = 3
 _MOST_RUNS = 30
 _MOST_LISTED = 2000
@@ -67,22 +67,22 @@ _Links = Mapping[Any, Mapping[str, str]]
 
 @dataclass(frozen=True, kw_only=True)
 class ManyRuns:
-    """Runs, and what else is known of them.
+    """Runs, with the other content of the page.
 
     Attributes:
-        runs: A row per run, as `ReadRuns` gives.
-        by_behavior: A row for each behavior of each run, or nothing.
-        recording: Returns what happened in the run of a row of `runs`, by its
-            index, or None where that is not kept.
+        runs: The table of `ReadRuns`.
+        by_behavior: The same table by behavior; may be empty.
+        recording: Returns the recording of a run by its index in `runs`; None
+            if there is none.
         provenance: What determines the results.
         pages: The files of pages of runs, by index, then by kind, "report"
             and "replay".
-        about: What the page says of them first.
-        description: What they are for.
-        printed: Returns what a paper prints for a scenario and a behavior, the
-            empty one for all people, by planner and metric.
-        judgements: What became of relations between planners.
-        costs: What each run has cost, by the index of `runs`: see
+        about: Texts for the first line of the page.
+        description: The purpose of the runs.
+        printed: Returns the values of a paper for a scenario and a behavior
+            ("" for all people), by planner and metric.
+        judgements: The tested relations between planners.
+        costs: The computing time of each run, by the index of `runs`: see
             `SuiteResult.costs`.
     """
 
@@ -106,14 +106,14 @@ def WriteRunsPage(
     left_out: Mapping[str, str] = MappingProxyType({}),
     duplicates: Sequence[str] = (),
 ) -> Path:
-    """Writes the page about many runs as one HTML file.
+    """Writes the page about several runs as one HTML file.
 
     Args:
         many: The runs.
         filename: The file to write; an existing one is replaced.
         title: The heading.
-        left_out: Runs that are missing: the reason, by tag.
-        duplicates: Which runs are left out as duplicates of others.
+        left_out: The reasons of omitted runs, by tag.
+        duplicates: Texts about omitted duplicates.
 
     Returns:
         The path of the file.
@@ -131,7 +131,7 @@ def WriteRunsPage(
         _scenario(
             many,
             links,
-            # The names come from all runs, so that they are the same here.
+            # The names depend on all runs, so they are equal in all scenarios.
             runs[runs["scenario"] == name],
             by_behavior[by_behavior["scenario"] == name],
             f"s{i}",
@@ -180,7 +180,7 @@ def WriteRunsPage(
 def _with_contenders(table: pd.DataFrame) -> pd.DataFrame:
     """Returns a table of runs with the column `contender`.
 
-    That is a planner with its setting, unless all have the same one.
+    A contender is a planner with its setting, if there are several settings.
     """
     if table.empty:
         nothing = pd.DataFrame(columns=["scenario", "contender", "end_reason"])
@@ -237,11 +237,11 @@ def _scenario(
     by_behavior: pd.DataFrame,
     key: str,
 ) -> dict[str, Any]:
-    """Returns what is shown of the runs in one scenario."""
+    """Returns the content about the runs in one scenario."""
     name = str(runs["scenario"].iloc[0])
     metrics = headline_of(runs)
     several = runs["contender"].nunique() > 1
-    # A panel of zeros tells nothing that a line of text does not.
+    # Metrics that are always zero are only listed.
     drawn = [it for it in metrics if runs[it].fillna(0.0).any()]
     means, spread = planner_tables(runs, many.printed(name, "")) or (None, None)
     return {
@@ -270,7 +270,7 @@ def _scenario(
 def _behaviors(
     many: ManyRuns, runs: pd.DataFrame, scenario: str
 ) -> dict[str, Table]:
-    """Returns, where people differ, the means for each behavior."""
+    """Returns the means for each behavior, if there are several."""
     if runs.empty or runs["behavior"].nunique() < 2:
         return {}
     alone = [it for it in runs.columns if is_about_robot_alone(it)]
@@ -302,8 +302,8 @@ def _examples(
         for i in chosen.index
         if "replay" in links.get(i, {})
     }
-    # A single contender is shown by its first runs. Robots that move as one
-    # before would be hidden by its line.
+    # The first runs of a single contender are shown. Runs with the same path
+    # of the robot would hide each other.
     rows: dict[bytes, tuple[Any, Recording]] = {}
     for i in chosen.index if len(chosen) > 1 else runs.index:
         if len(rows) < _MOST_LINES and (run := many.recording(i)) is not None:
@@ -345,7 +345,7 @@ def _examples(
 def _listed_runs(
     runs: pd.DataFrame, costs: pd.DataFrame, links: _Links
 ) -> Table:
-    """Returns a row for each run: how it ended, key metrics, and its cost."""
+    """Returns a row for each run: its end, key metrics, and its cost."""
     metrics, paid = headline_of(runs), cost_heads(costs)
     texts = ["scenario", "planner", "seed"]
     if runs["setting"].nunique() > 1:
@@ -370,7 +370,7 @@ def _listed_runs(
             ]
         )
     if any(links.values()):
-        # Here they are seen without scrolling.
+        # In this column they are visible without scrolling.
         head.insert(2, "pages")
         for row, i in zip(rows, runs.index, strict=False):
             row.insert(2, links.get(i, {}))

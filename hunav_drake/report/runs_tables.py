@@ -1,4 +1,4 @@
-"""The tables of statistics in a report on many runs."""
+"""The tables of statistics in a report on several runs."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
@@ -20,19 +20,18 @@ from hunav_drake.runs.statistics import RATES, compare, early_mark, summarize
 from hunav_drake.trial.metric_facts import headline_of, unit_of
 from hunav_drake.trial.quantity_text import label_text
 
-# With more contenders (planners with their settings) than this, only the first
-# is compared with each of the others: there would be too many pairs.
+# With more contenders (planners with their settings), only the first one is
+# compared with the others, to limit the number of pairs.
 _MOST_CONTENDERS = 4
 
-# What a paper prints, by planner and metric.
+# The values of a paper, by planner and metric.
 Printed = Mapping[str, Mapping[str, float]]
 
 
 def headline_table(runs: pd.DataFrame) -> Table:
-    """Returns the most telling metrics of each planner in each scenario.
+    """Returns the headline metrics of each contender in each scenario.
 
-    They are means over runs, with confidence intervals; the column `contender`
-    tells planners and their settings apart.
+    They are means over runs, with confidence intervals.
     """
     metrics = headline_of(runs)
     keys = ["scenario", "contender"]
@@ -60,12 +59,11 @@ def planner_tables(
     """Returns the mean of each metric for each planner, and its spread.
 
     Args:
-        runs: Those in one scenario; the column `contender` tells planners and
-            their settings apart.
-        printed: What a paper prints, which stands beside.
+        runs: The runs in one scenario, with the column `contender`.
+        printed: The values of a paper, for extra columns.
 
     Returns:
-        The table of means with confidence intervals, and that of counts,
+        The table of means with confidence intervals, and the table of counts,
         means, standard deviations and medians; None without metrics.
     """
     planners = list(dict.fromkeys(runs["contender"]))
@@ -107,16 +105,16 @@ def planner_tables(
 def paired_tables(
     runs: pd.DataFrame, key_metrics: Sequence[str]
 ) -> list[dict[str, Any]]:
-    """Returns how planners differ on equal seeds, the key metrics apart.
+    """Returns the differences between planners on equal seeds.
 
     Returns:
-        For each pair of planners, `a` and `b`: either the `problem` that they
-        cannot be compared, or the tables `key_metrics` and `all_metrics`.
-        Nothing for a single planner or without seeds.
+        For each pair of planners, `a` and `b`: either the `problem` of the
+        comparison, or the tables `key_metrics` and `all_metrics`. Empty for a
+        single planner or without seeds.
     """
     seeded = runs[runs["seed"] != ""]
-    # It is unclear which of several runs of a seed to compare, but for those
-    # of a suite: its repetitions count by their mean.
+    # Several runs of a seed are ambiguous, except for repetitions in a suite,
+    # whose mean counts.
     seeded = seeded[~seeded.duplicated(_run_keys(runs), keep=False)]
     planners = list(dict.fromkeys(seeded["contender"]))
     metrics = _metrics(runs)
@@ -141,10 +139,9 @@ def paired_tables(
 
 
 def ambiguous_seeds(runs: pd.DataFrame) -> list[dict[str, Any]]:
-    """Returns the seeds of which a contender has several different runs.
+    """Returns the seeds for which a contender has several different runs.
 
-    They are given as the `contender`, its `seeds`, and the `tags` of their
-    runs.
+    Each entry has the `contender`, its `seeds`, and the `tags` of the runs.
     """
     seeded = runs[runs["seed"] != ""]
     several = seeded[seeded.duplicated(_run_keys(runs), keep=False)]
@@ -159,7 +156,7 @@ def ambiguous_seeds(runs: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _run_keys(runs: pd.DataFrame) -> list[str]:
-    """Returns the columns that tell the runs in one scenario apart."""
+    """Returns the columns that identify a run in one scenario."""
     return ["contender", "seed", *(["repetition"] * ("repetition" in runs))]
 
 
@@ -171,7 +168,7 @@ def _choose_pairs(planners: list[str]) -> Iterator[tuple[str, str]]:
 
 
 def _verdict(better: pd.Series, a: str, b: str) -> str:
-    """Returns in how many metrics each of two is called better."""
+    """Returns the numbers of metrics in which each of two is better."""
     counts = [(name, int((better == name).sum())) for name in (a, b)]
     told = [f"{name} is better in {n}" for name, n in counts if n]
     words = ", ".join(told) or "neither is better in any"
@@ -214,7 +211,7 @@ def _metrics(runs: pd.DataFrame) -> list[str]:
 
 
 def _unit(runs: Any, name: str) -> tuple[str, float]:
-    """Returns the unit that a metric is shown in, and the factor to it."""
+    """Returns the unit in which a metric is shown, and the factor to it."""
     return ("%", 100.0) if name in RATES else (unit_of(runs, name), 1.0)
 
 
@@ -231,12 +228,12 @@ def _estimate(
 def _mean(
     row: pd.Series, name: str, unit: str, factor: float, count: int
 ) -> Estimate:
-    """Returns a mean, with how many of the runs have a value if not all do."""
+    """Returns a mean, with its number of runs if some have no value."""
     mean = _estimate(row, "mean", unit, factor)
     n = f"{row['n']:.0f}" if 0 < row["n"] < count else ""
     return mean._replace(text=mean.text + early_mark(name, row), n=n)
 
 
 def _number(value: float, unit: str, scale: float = 0.0) -> str:
-    # The mean of counts need not be whole.
+    # The mean of counts may not be whole.
     return number(float(value), "" if unit == "-" else unit, scale=scale)

@@ -1,4 +1,4 @@
-"""Writes what a suite has given: CSV, LaTeX, JSON and an HTML report."""
+"""Writes the results of a suite: CSV, LaTeX, JSON and an HTML report."""
 
 from collections.abc import Mapping, Sequence
 import hashlib
@@ -40,17 +40,17 @@ def WriteSuite(
     folder: str | Path,
     judgements: Sequence[Judgement] | None = None,
 ) -> Path:
-    """Writes the files of a suite, each in one piece.
-
-    Args:
-        result: What the suite has given.
-        folder: Where the files go.
-        judgements: What became of its relations; by default they are tested.
+    """Writes the files of a suite, each atomically.
 
     They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
-    `outcomes.csv`, `relations.csv`, `tables.tex`, `report.html`, and, when all
-    others are there, `suite.json`. Nothing is written where they are of the
-    same suite, with the same runs and replays.
+    `outcomes.csv`, `relations.csv`, `tables.tex`, `report.html`, and at the
+    end `suite.json`. Nothing is written if the files exist for the same suite
+    with the same runs and replays.
+
+    Args:
+        result: The result of the suite.
+        folder: The folder of the files.
+        judgements: Its tested relations; by default they are tested here.
 
     Returns:
         The path of the report.
@@ -94,7 +94,7 @@ def WriteSuite(
 def suite_runs(
     result: SuiteResult, judgements: Sequence[Judgement]
 ) -> ManyRuns:
-    """Returns the runs of a suite with all that is known of them."""
+    """Returns the content of the page of a suite."""
     return _many_runs(
         _about(result),
         result.folder,
@@ -106,10 +106,10 @@ def suite_runs(
 
 
 def read_suite(folder: Path) -> ManyRuns:
-    """Returns the runs in the folder of a suite.
+    """Returns the content of the page of a suite from its folder.
 
-    Of a suite that has not ended, without the files of `WriteSuite`, there are
-    neither relations nor costs.
+    An unfinished suite, without the files of `WriteSuite`, has neither
+    relations nor costs.
 
     Raises:
         OSError: If a file cannot be read.
@@ -141,8 +141,8 @@ def read_suite(folder: Path) -> ManyRuns:
         )
     except (KeyError, TypeError) as error:
         raise ValueError(
-            f"{path}: is damaged: {error!r}; start the suite again, which"
-            " writes it anew"
+            f"{path}: is damaged: {error!r}; start the suite again to write"
+            " it again"
         ) from error
 
 
@@ -157,11 +157,11 @@ def _read_table(path: Path) -> pd.DataFrame:
 def _many_runs(
     about: Mapping[str, Any], folder: Path | None, **tables: Any
 ) -> ManyRuns:
-    """Returns the runs of a suite, from tables.
+    """Returns the content of a page from tables.
 
     Args:
-        about: What `suite.json` tells of the suite and its cells.
-        folder: That of the suite, with recordings and replays.
+        about: The data of `suite.json` about the suite and its cells.
+        folder: The folder of the suite, with recordings and replays.
         tables: `runs`, `by_behavior`, `costs` and `judgements`.
     """
     kept: dict[int, Path] = {}
@@ -173,7 +173,7 @@ def _many_runs(
             kept[run.Index] = folder / RUNS / tag / "recording.npz"
             pages[run.Index] = find_pages(folder, tag)
         elif not run.repetition:
-            # Of each cell one is there.
+            # Each cell has one.
             names = run.scenario, run.planner, run.setting
             cell = "/".join(filter(None, names))
             kept[run.Index] = recording_path(folder, cell, run.seed)
@@ -196,7 +196,7 @@ def _many_runs(
         pages=pages,
         about=[f"version {about['version']}", f"{len(cells)} cells"]
         if about
-        else ["not ended"],
+        else ["unfinished"],
         description=about.get("description", ""),
         printed=lambda scenario, behavior: printed_values(
             about.get("suite", ""), scenario, behavior
@@ -208,7 +208,7 @@ def _many_runs(
 def _sha256(
     result: SuiteResult, judgements: Sequence[Judgement], folder: Path
 ) -> str:
-    """Returns a hash of all that the files tell."""
+    """Returns a hash of the content of all files."""
     replays = sorted(path.name for path in folder.glob("replays/*"))
     about = (result.suite, result.cells, list(judgements), replays)
     found = hashlib.sha256(repr(about).encode())
@@ -218,7 +218,7 @@ def _sha256(
 
 
 def _is_written(folder: Path, last: Path, made_from: str) -> bool:
-    """Returns whether all files are there, made from the same."""
+    """Returns whether all files exist and have this hash."""
     paths = [*(folder / name for name in _FILES), last]
     if not all(path.is_file() for path in paths):
         return False
@@ -231,9 +231,9 @@ def suite_json(
     """Returns suite, cells, statistics and relations as JSON.
 
     Args:
-        result: What the suite has given.
-        judgements: What became of its relations.
-        made_from: A hash of all of it, with what the runs cost.
+        result: The result of the suite.
+        judgements: Its tested relations.
+        made_from: A hash of all of it.
     """
     summary = result.summary().reset_index()
     data = {
@@ -251,7 +251,7 @@ def suite_json(
 
 
 def _about(result: SuiteResult) -> dict[str, Any]:
-    """Returns what is told of a suite and its cells."""
+    """Returns the data about a suite and its cells."""
     provenance: dict[str, Any] = {**MakeProvenance(result.suite.name, seed=0)}
     for key in ("seed", "planner", "scenario_sha256"):
         provenance.pop(key, None)
@@ -269,7 +269,7 @@ def _about(result: SuiteResult) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """Returns data in which numbers that JSON does not have are null."""
+    """Returns data with null for numbers that JSON does not have."""
     if isinstance(value, dict):
         return {str(key): _finite(item) for key, item in value.items()}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""The sections of a page that only suites have: relations and costs."""
+"""The sections of a page about relations and costs of a suite."""
 
 from collections.abc import Sequence
 import math
@@ -18,7 +18,7 @@ _KINDS = {
     "not tested": "inapplicable",
 }
 
-# How formulas are written by people.
+# Replacements to show formulas.
 _SIGNS = {
     ">=": "\N{GREATER-THAN OR EQUAL TO}",
     "<=": "\N{LESS-THAN OR EQUAL TO}",
@@ -31,14 +31,14 @@ _SIGNS = {
 
 _COSTS = {
     "wall": "run (ms)",
-    "cpu": "CPU of it (ms)",
+    "cpu": "CPU time (ms)",
     "cycle_median": "planner cycle, median (ms)",
     "cycle_p95": "planner cycle, 95 % (ms)",
 }
 
 
 def relation_table(judgements: Sequence[Judgement]) -> Table | None:
-    """Returns what became of the relations; None if there are none."""
+    """Returns the table of tested relations; None if there are none."""
     if not judgements:
         return None
     places = {"all": "all scenarios", "both": "passing and crossing, each"}
@@ -68,7 +68,7 @@ def relation_table(judgements: Sequence[Judgement]) -> Table | None:
 
 
 def tallies(judgements: Sequence[Judgement]) -> list[dict[str, Any]]:
-    """Returns how many relations of each strength hold."""
+    """Returns the numbers of relations of each strength."""
     found = {it: tally(judgements, it) for it in get_args(Strength)}
     return [
         {
@@ -82,11 +82,11 @@ def tallies(judgements: Sequence[Judgement]) -> list[dict[str, Any]]:
 
 
 def cost_table(runs: pd.DataFrame, costs: pd.DataFrame) -> Table | None:
-    """Returns what the runs of each contender have cost: medians.
+    """Returns the median computing times of each contender.
 
     Args:
         runs: A row per run, with the column `contender`.
-        costs: What each of them cost, in seconds, by rows as in `runs`.
+        costs: The computing times in seconds, with the same rows.
     """
     names = cost_heads(costs)
     if runs.empty or not names:
@@ -104,17 +104,17 @@ def cost_table(runs: pd.DataFrame, costs: pd.DataFrame) -> Table | None:
 
 
 def cost_heads(costs: pd.DataFrame) -> dict[str, str]:
-    """Returns the headings of those columns of costs that are shown."""
+    """Returns the headings of the columns of costs."""
     return {name: head for name, head in _COSTS.items() if name in costs}
 
 
 def cost_text(seconds: float) -> str:
-    """Returns a cost as it is shown, in milliseconds."""
+    """Returns the text of a computing time, in milliseconds."""
     return number(1e3 * float(seconds), "ms")
 
 
 def total_cost(runs: pd.DataFrame, costs: pd.DataFrame) -> str:
-    """Returns what all runs have cost, as a sentence."""
+    """Returns the computing time of all runs, as a sentence."""
     if "cpu" not in costs:
         return ""
     simulated = _duration(float(runs["end_time"].sum()))
@@ -122,8 +122,8 @@ def total_cost(runs: pd.DataFrame, costs: pd.DataFrame) -> str:
         _duration(float(costs[name].sum())) for name in ("wall", "cpu")
     )
     return (
-        f"{len(costs)} runs of {simulated} in all took workers {wall}, of which"
-        f" the processor worked {cpu}."
+        f"{len(costs)} runs, {simulated} of simulated time in total, took the"
+        f" workers {wall}, with {cpu} of CPU time."
     )
 
 

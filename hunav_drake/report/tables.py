@@ -1,4 +1,4 @@
-"""The tables of a report as data; the templates show them."""
+"""The tables of a report as data for the templates."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,8 +19,8 @@ class Metric(NamedTuple):
 
     Attributes:
         name: The name.
-        arrow: Whether lower or higher values are better; or nothing.
-        definition: What it is, in one sentence; or nothing.
+        arrow: Whether lower or higher values are better; may be empty.
+        definition: The definition in one sentence; may be empty.
     """
 
     name: str
@@ -33,9 +33,9 @@ class Estimate(NamedTuple):
 
     Attributes:
         text: The mean.
-        low: The lower end of its confidence interval; or nothing.
+        low: The lower end of its confidence interval; may be empty.
         high: The upper end.
-        n: How many runs have a value, if not all.
+        n: The number of runs with a value, if some have none.
     """
 
     text: str
@@ -45,11 +45,11 @@ class Estimate(NamedTuple):
 
 
 class Marked(NamedTuple):
-    """Text in a color of its own as a cell of a table.
+    """Text in a special style as a cell of a table.
 
     Attributes:
         text: The text.
-        kind: Its class, for its style.
+        kind: Its CSS class.
     """
 
     text: str
@@ -65,12 +65,12 @@ class Table:
     """A table.
 
     Attributes:
-        head: The headings of the columns; none for a table without.
-        groups: The rows below each subheading, the empty one for none. The
-            first cell of a row is its heading.
+        head: The headings of the columns; may be empty.
+        groups: The rows below each subheading, "" for none. The first cell of
+            a row is its heading.
         numbers: The columns of numbers, which are aligned to the right.
-        caption: The heading of the whole.
-        kind: The class of the table, for its style.
+        caption: The heading of the table.
+        kind: The CSS class of the table.
     """
 
     head: Sequence[Cell]
@@ -94,7 +94,7 @@ class MetricRows:
 
     Attributes:
         metrics: The metrics of a trial or a table of runs, with their units.
-        by_family: Whether each family is a group of its own.
+        by_family: Whether to group rows by family.
         groups: The rows of each group.
     """
 
@@ -122,11 +122,11 @@ def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
 def outcome_table(
     outcomes: pd.DataFrame, names: Mapping[str, str]
 ) -> Table | None:
-    """Returns for which reasons runs of each kind ended, and in what words.
+    """Returns the counts of end reasons of each kind of runs, with messages.
 
     Args:
         outcomes: From `count_outcomes`.
-        names: The columns that tell kinds apart, with their headings.
+        names: The columns that distinguish kinds, with their headings.
     """
     if outcomes.empty:
         return None
@@ -143,13 +143,13 @@ def outcome_table(
 
 
 def provenance_table(provenance: Mapping[str, Any]) -> Table:
-    """Returns the table of all that determines the result of a trial."""
+    """Returns the table of provenance."""
     rows = [[k.replace("_", " "), str(v)] for k, v in provenance.items()]
     return Table([], {"": rows}, kind="provenance")
 
 
 def number(value: float, unit: str = "", *, scale: float = 0.0) -> str:
-    """Returns a number as printed: see `number_text`; a dash for NaN."""
+    """Returns the text of a number: see `number_text`; a dash for NaN."""
     text = number_text(value, unit, scale=scale)
     if text == "-":
         return "\N{EN DASH}"

@@ -1,4 +1,4 @@
-"""What a report on one trial shows."""
+"""The content of a report on one trial."""
 
 import math
 from typing import Any
@@ -27,8 +27,8 @@ from hunav_drake.trial.result import TrialResult, run_facts
 # The height of plots over time, in inches.
 _SERIES = 2.3
 
-# Metrics that do not depend on people, so that they are the same for any
-# behavior. Of metrics that users have registered this is not known.
+# Metrics that do not depend on people, so they are equal for all behaviors.
+# For metrics of users, this is unknown.
 _ROBOT_FAMILIES = ("path", "goal", "efficiency", "smoothness", "clearance")
 _ROBOT_METRICS = (
     "time_not_moving",
@@ -45,7 +45,7 @@ _ROBOT_METRICS = (
 
 
 def trial_content(result: TrialResult) -> dict[str, Any]:
-    """Returns what the template `trial.html` shows."""
+    """Returns the variables of the template `trial.html`."""
     n = result.recording.num_humans
     time = number(result.end_time)
     people, by_behavior = _people(result), _by_behavior(result)
@@ -110,7 +110,7 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
 
 
 def _headline(result: TrialResult) -> Table:
-    """Returns the table of the most telling metrics."""
+    """Returns the table of headline metrics."""
     rows = MetricRows(result.metrics, by_family=False)
     for name in headline_of(result.metrics):
         unit = unit_of(result.metrics, name)

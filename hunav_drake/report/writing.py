@@ -1,4 +1,4 @@
-"""Writes a report on one or many trials as a single HTML file."""
+"""Writes a report on one or more trials as a single HTML file."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -8,13 +8,20 @@ from typing import Any
 from hunav_drake.report.environment import address_of, write_page
 from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
 from hunav_drake.report.trial_page import trial_content
-from hunav_drake.runs.independent_runs import drop_duplicate_runs
+from hunav_drake.runs.independent_runs import first_equal
 from hunav_drake.runs.run_folders import find_pages
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.trial.result import TrialResult
 
-# At most this many different values of an entry are listed.
+# The maximum number of different values of an entry that are listed.
 _MOST_VALUES = 4
+
+# Columns in which duplicate runs may differ.
+_NOT_COMPARED = ("tag", "end_message", "end_time")
+
+# What determines a run, besides planner and seed; versions do not matter if all
+# metrics are equal.
+_HASHED = ("scenario", "behavior", "files", "source")
 
 
 def WriteReport(
@@ -29,11 +36,11 @@ def WriteReport(
     """Writes a report as one HTML file.
 
     A report on one trial shows how it ended, plots, all metrics and the
-    provenance. A report on several compares scenarios, planners and their
-    settings, with confidence intervals and in pairs of equal seeds, and lists
-    the runs; duplicate runs count once (`drop_duplicate_runs`). The file has
-    all plots inside, and needs no network and no scripts. It is written
-    atomically.
+    provenance. A report on several trials compares scenarios, planners and
+    their settings, with confidence intervals and in pairs of equal seeds, and
+    lists the runs. Duplicate runs, which were made from the same files and
+    have equal metrics, count once. The file contains all plots, and needs no
+    network and no scripts. It is written atomically.
 
     It links to the report and the replay of each run, if they exist;
     `hunav run` writes them.
@@ -58,16 +65,22 @@ def WriteReport(
     trials = [results] if isinstance(results, TrialResult) else list(results)
     if not trials:
         raise ValueError("a report needs at least one result, got none")
-    trials, repeats = drop_duplicate_runs(trials)
+    runs = tabulate_runs(trials)
+    first = first_equal(
+        runs.assign(made_from=[_made_from(trial) for trial in trials]),
+        [*(name for name in runs if name not in _NOT_COMPARED), "made_from"],
+    )
+    repeats = {i: k for i, k in first.items() if i != k}
+    told = [
+        f"{trials[i].tag} duplicates {trials[k].tag}" if trials[i].tag else ""
+        for i, k in repeats.items()
+    ]
+    trials = [trial for i, trial in enumerate(trials) if i not in repeats]
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
     folder = filename.parent if pages is None else Path(pages)
     pages_of = [find_pages(folder, trial.tag) for trial in trials]
-    told = [
-        f"{again.tag} duplicates {first.tag}" if again.tag else ""
-        for again, first in repeats
-    ]
     if len(trials) > 1:
         many = ManyRuns(
             runs=tabulate_runs(trials),
@@ -89,6 +102,14 @@ def WriteReport(
         duplicates=told,
         **trial_content(trials[0]),
     )
+
+
+def _made_from(trial: TrialResult) -> Any:
+    """Returns the hashes of what was run; unique if they are unknown."""
+    about = trial.provenance
+    if not about.keys() & {"scenario_sha256", "source_sha256"}:
+        return object()
+    return tuple(about.get(f"{it}_sha256") for it in _HASHED)
 
 
 def _common_provenance(trials: Sequence[TrialResult]) -> dict[str, Any]:

@@ -2,5 +2,5 @@
 
 import lazy_loader
 
-# What the stub beside this file lists is loaded when it is first asked for.
+# The names in the stub file are loaded on first access.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

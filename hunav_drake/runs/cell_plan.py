@@ -1,4 +1,4 @@
-"""What is left to do in a cell."""
+"""The plan of a cell: which runs are finished, and which are to come."""
 
 from array import array
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from hunav_drake.runs.suite import Suite
 from hunav_drake.runs.tasks import Task
 from hunav_drake.trial.provenance import NOTHING_DRAWN
 
-# So many runs go to a worker at once: it makes the diagram of a cell only when
-# it is given another cell, and who stops the suite loses no more than these.
+# The number of runs in a task. A worker builds a diagram only for a new cell,
+# and an interrupt loses at most these runs.
 _BATCH = 5
 
 
 class CellPlan:
-    """Which runs of a cell are done, under way, and to come.
+    """The finished, running and remaining runs of a cell.
 
-    Where seeds draw nothing there is one; where such a planner is not of the
-    package, its repetitions show whether it repeats itself.
+    If seeds draw nothing, there is one run; for a user's planner there are its
+    repetitions, which show whether it is deterministic.
 
-    It takes a few bytes for each run: suites may have millions.
+    A plan takes a few bytes for each run: suites may have millions.
     """
 
     def __init__(
@@ -38,14 +38,14 @@ class CellPlan:
         code: CodeHashes,
         imports: tuple[str, ...] = (),
     ) -> None:
-        """Makes the plan of a cell of which nothing is done."""
+        """Constructs the plan of a cell without finished runs."""
         self.cell = cell
         self._code = code
         self._imports = imports
         self._repetitions = 1 if cell.once else suite.repetitions
         seeds: Any = suite.seeds_of.get(cell.scenario, suite.seeds)
         if cell.drawn == NOTHING_DRAWN:
-            # All are the same trial.
+            # All seeds give the same trial.
             seeds = suite.seed_list(cell.scenario)[:1]
         self._seeds: Sequence[int] = (
             range(seeds) if isinstance(seeds, int) else list(seeds)
@@ -62,7 +62,7 @@ class CellPlan:
         # Of the metric of `until`.
         self._values = array("d", [math.nan] * self._count * bool(suite.until))
         self._next = 0
-        # How many runs are enough, as far as is known: whole seeds.
+        # The number of runs that is enough, as far as is known.
         self._goal = self._count
         if suite.until:
             least = suite.until.least * self._repetitions
@@ -70,33 +70,33 @@ class CellPlan:
 
     @property
     def kind(self) -> tuple[str, str]:
-        """What tells cells apart that need other kernels."""
+        """A key of cells that need the same kernels."""
         return self.cell.planner, self.cell.scenario
 
     @property
     def total(self) -> int:
-        """How many runs it has, as far as is known."""
+        """The number of runs, as far as is known."""
         return self._goal
 
     @property
     def done(self) -> int:
-        """How many of them have ended."""
+        """The number of finished runs among them."""
         return self._is_done.count(1, 0, self._goal)
 
     @property
     def is_done(self) -> bool:
-        """Whether nothing is left to do."""
+        """Whether all runs are finished."""
         return self.done == self.total
 
     def take(self, row: RunRow) -> bool:
-        """Takes note of a run that has ended; tells whether it is new."""
+        """Adds a finished run; returns whether it is new."""
         index = self._index(row.seed, row.repetition)
         if index is None or self._is_done[index]:
             return False
         self._is_done[index] = self._is_given[index] = 1
         if self._until:
             name = self._until.metric
-            # Who gives no result has not arrived, either.
+            # A run without a result is not completed.
             is_missed = name in RATES and row.end_reason in NO_RESULT
             value = 0.0 if is_missed else row.metrics.get(name, math.nan)
             self._values[index] = value
@@ -104,12 +104,12 @@ class CellPlan:
         return True
 
     def counts(self, seed: int, repetition: int) -> bool:
-        """Tells whether a run is one of those that are asked for."""
+        """Returns whether the suite asks for a run."""
         index = self._index(seed, repetition)
         return index is not None and index < self._goal
 
     def next_task(self) -> Task | None:
-        """Returns the next runs to give out, if there are any."""
+        """Returns the next task, if there is one."""
         runs: list[tuple[int, int]] = []
         while len(runs) < _BATCH:
             index = self._is_given.find(0, self._next, self._goal)
@@ -139,10 +139,10 @@ class CellPlan:
         return None if place is None else place * self._repetitions + repetition
 
     def _raise_goal(self) -> None:
-        """Finds out whether the runs that are there are enough.
+        """Raises the number of runs until the mean is known well enough.
 
-        It looks at the first n seeds, for n one batch larger each time, so
-        that it does not matter which ended first.
+        It tests the first n seeds, and adds one batch to n each time, so the
+        order in which runs end does not matter.
         """
         while self._goal < self._count:
             if self.done < self._goal or self._is_known():
@@ -152,7 +152,7 @@ class CellPlan:
 
     def _is_known(self) -> bool:
         assert self._until is not None
-        # Repetitions of a seed tell nothing new: their mean is one value.
+        # Repetitions of a seed are not independent: their mean is one value.
         values = np.array(self._values[: self._goal])
         values[~np.isfinite(values)] = math.nan
         table = pd.DataFrame(values.reshape(-1, self._repetitions))

@@ -34,13 +34,13 @@ class Cell:
         planner: The label of the planner.
         setting: The name of the setting; empty if there is only one.
         text: The scenario with both, as `SaveScenario` writes it.
-        sha256: A hash of all that its runs follow from, but for the seed:
-            scenario, the content of the files that it names, behavior trees,
+        sha256: A hash of all that determines its runs, apart from the seed:
+            the scenario, the content of files that it names, behavior trees,
             versions and the kind of machine.
-        drawn: What its seeds draw, as tables tell it; empty if not known.
-        how_to_draw: What to set so that seeds differ, if they do not.
-        once: Whether one run tells all: its seeds draw nothing, and its
-            planner comes with the package, so that it repeats itself.
+        drawn: What its seeds draw: see `ReadRuns`.
+        how_to_draw: How to make seeds differ, if they do not.
+        once: Whether one run is enough: its seeds draw nothing, and its
+            planner is part of the package, so it is deterministic.
     """
 
     scenario: str
@@ -54,21 +54,21 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """The cell as messages call it, "crossing/dwb"."""
+        """The name of the cell in messages, "crossing/dwb"."""
         return cell_name(self.scenario, self.planner, self.setting)
 
 
 def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
-    """Makes all cells of a suite, and checks each of them.
+    """Returns all cells of a suite, after checking each of them.
 
     Args:
         suite: The suite.
-        folder: Where relative paths of scenarios begin; by default the
+        folder: The folder of relative paths of scenarios; by default the
             current folder.
 
     Raises:
         ScenarioError: It lists the faults of all scenarios, each once; or, if
-            they have none, the names in the suite that nothing has.
+            there are none, unknown names in the suite.
     """
     faults: dict[Fault, None] = {}
     cells: list[Cell] = []
@@ -92,7 +92,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                 cells.append(_make_cell(scenario, label, setting))
                 scenarios.append(scenario)
     faults |= dict.fromkeys(_same_names(cells))
-    # Of a scenario that is not sound nobody knows the name.
+    # The names of invalid scenarios are unknown.
     faults |= {} if faults else dict.fromkeys(name_faults(suite, scenarios))
     if faults:
         raise ScenarioError(suite.name, faults)
@@ -115,13 +115,13 @@ def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
 
 
 def cell_sha256(text: str, scenario: Scenario) -> str:
-    """Returns the hash of all that runs follow from, but for the seed.
+    """Returns the hash of all that determines runs, apart from the seed.
 
-    Nor does it tell the processor, so that machines can share a suite.
+    It does not depend on the processor, so machines can share a suite.
 
     Args:
         text: The scenario, as `SaveScenario` writes it.
-        scenario: The same.
+        scenario: The same scenario.
     """
     follows = (
         program_versions(),
@@ -150,11 +150,11 @@ def _same_names(cells: Sequence[Cell]) -> list[Fault]:
                 f"two cells are called {shown(cell.name)}"
                 if seen[name] == cell.name
                 else f"the names of the cells {shown(seen[name])} and"
-                f" {shown(cell.name)} are too much alike for those of files"
+                f" {shown(cell.name)} are too similar for file names"
             )
             message += (
-                "; give each scenario a name, and each planner a label, of its"
-                " own"
+                "; give each scenario a unique name, and each planner a unique"
+                " label"
             )
             faults.append(Fault("suite", 0, "", message))
         seen[name] = cell.name

@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster, found and looked at before anything runs."""
+"""Connects to a Dask cluster, and checks its workers."""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -7,20 +7,20 @@ from typing import Any
 
 from hunav_drake.trial.provenance import Provenance, program_versions
 
-# How long to wait for a scheduler, and for its first worker, in seconds.
+# Time limits for the scheduler and for its first worker, in seconds.
 _SCHEDULER, _WORKER = 10, 30
 
 
 class ClusterError(ConnectionError):
-    """A cluster cannot be used; the text says why, and what to do."""
+    """A cluster cannot be used; the message has reason and remedy."""
 
 
 @contextlib.contextmanager
 def connect(address: str) -> Iterator[tuple[Executor, int]]:
-    """Yields the executor of a Dask cluster, and how many tasks it runs.
+    """Yields the executor of a Dask cluster, and its number of processors.
 
     Args:
-        address: The scheduler, host:port.
+        address: The address of the scheduler, host:port.
 
     Raises:
         ClusterError: If there is no scheduler or worker, or the workers have
@@ -33,7 +33,7 @@ def connect(address: str) -> Iterator[tuple[Executor, int]]:
             client = stack.enter_context(Client(address, timeout=_SCHEDULER))
         except (OSError, TimeoutError, ValueError) as error:
             raise ClusterError(
-                f"there is no Dask scheduler that answers: {error}; start one"
+                f"no Dask scheduler answers: {error}; start one"
                 " with `dask scheduler`, and workers with `dask worker`"
             ) from error
         check_workers(client)
@@ -42,7 +42,7 @@ def connect(address: str) -> Iterator[tuple[Executor, int]]:
 
 
 def check_workers(client: Any) -> None:
-    """Holds that the workers of a cluster can do what this process would.
+    """Checks that the workers of a cluster have the same versions.
 
     Args:
         client: A `distributed.Client`.
@@ -54,7 +54,7 @@ def check_workers(client: Any) -> None:
         client.wait_for_workers(1, timeout=_WORKER)
     except TimeoutError as error:
         raise ClusterError(
-            f"the cluster has got no worker for {_WORKER} s: start some with"
+            f"the cluster had no worker for {_WORKER} s: start some with"
             " `dask worker`"
         ) from error
     here = program_versions()
@@ -69,7 +69,8 @@ def check_workers(client: Any) -> None:
             for fault, workers in faults.items()
         )
         raise ClusterError(
-            f"the workers differ from this process, so results would: {told}"
+            "the workers differ from this process, so results would differ,"
+            f" too: {told}"
         )
 
 

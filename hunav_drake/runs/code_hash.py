@@ -1,4 +1,4 @@
-"""Hashes of the code that runs follow from, so that changed code is noticed."""
+"""Hashes of the code that determines runs, to detect changed code."""
 
 from collections.abc import Iterable, Iterator, Sequence
 import hashlib
@@ -14,7 +14,7 @@ CodeHashes = tuple[tuple[str, str], ...]
 
 _ROOT = Path(__file__).resolve().parents[1]
 _KINDS = (".py", ".sdf", ".xml")
-# What shows or reads runs, and does not make them.
+# Folders that show or read runs, and do not affect them.
 _ASIDE = (
     *("runs/comparison", "commands", "editor", "report", "validation"),
     "views",
@@ -25,8 +25,8 @@ def hash_code(imports: Sequence[str] = ()) -> CodeHashes:
     """Returns the hashes of the package's code and of the user's.
 
     Args:
-        imports: Modules and files of the user, as with `--import`. What they
-            import in turn does not count.
+        imports: Modules and files of the user, as with `--import`. Modules
+            that these import do not count.
 
     Raises:
         OSError: If a file cannot be read.
@@ -36,7 +36,7 @@ def hash_code(imports: Sequence[str] = ()) -> CodeHashes:
 
 
 def hash_of_all(hashes: CodeHashes) -> str:
-    """Returns one hash of several; folders of files do not count in it."""
+    """Returns one hash of several; it does not depend on folders of files."""
     lines = (f"{Path(name).name} {sha256}\n" for name, sha256 in hashes)
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
@@ -58,7 +58,7 @@ def code_sha256(name: str) -> str:
 
 
 def _below(root: Path) -> Iterator[Path]:
-    """Yields the files of code in a folder; links are followed."""
+    """Yields the code files in a folder; links are followed."""
     aside = {root / name for name in _ASIDE} if root == _ROOT else set()
     for folder, inner, names in os.walk(root, followlinks=True):
         inner[:] = [it for it in inner if Path(folder, it) not in aside]

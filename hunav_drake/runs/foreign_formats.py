@@ -1,4 +1,4 @@
-"""Formats of other programs: recordings that are read, results written."""
+"""File formats of other programs, which their packages register."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
     from hunav_drake.trial.result import TrialResult
 
-# What makes a recording of the text of a file, by the end of its name.
+# Functions that parse the text of a recording, by suffix.
 RECORDING_PARSERS: dict[str, Callable[[str], Recording]] = {}
 
-# What gives the texts of files of a result and its tag, by the format.
+# Functions that return the files of a result and its tag, by format.
 RESULT_TEXTS: dict[str, Callable[[TrialResult, str], dict[str, str]]] = {}

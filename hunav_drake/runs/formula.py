@@ -50,7 +50,7 @@ _AS_IN = "as in sfw >= 1.15 * dwb"
 
 
 def formula_name(label: str) -> str:
-    """Returns a planner's label, or any other, as formulas call it."""
+    """Returns the name of a label in formulas."""
     return re.sub(r"\W", "_", label)
 
 
@@ -63,10 +63,10 @@ def names_in(formula: str) -> list[str]:
 
 
 def check_formula(formula: str) -> None:
-    """Looks whether a formula can be tested.
+    """Checks that a formula can be evaluated.
 
     Raises:
-        ValueError: If not: the text says what it must be, without the formula.
+        ValueError: If not; the message has the rule, without the formula.
     """
     try:
         holds(formula, defaultdict(lambda: np.ones(1)), 1)
@@ -75,14 +75,14 @@ def check_formula(formula: str) -> None:
 
 
 def holds(formula: str, values: Mapping[str, Array], size: int) -> Mask:
-    """Tells where a formula holds, for several values of each name.
+    """Returns where a formula holds, for several values of each name.
 
-    Where something that it compares is NaN it does not.
+    It does not hold where a compared value is NaN.
 
     Args:
-        formula: One that `check_formula` has nothing against.
+        formula: A formula that `check_formula` accepts.
         values: The values of each name, shape (size,).
-        size: How many values there are.
+        size: The number of values.
     """
     tested = _Formula(values, size)
     told = tested.truth(ast.parse(formula.strip(), mode="eval").body)
@@ -91,15 +91,15 @@ def holds(formula: str, values: Mapping[str, Array], size: int) -> Mask:
 
 
 class _Formula:
-    """Finds out what a formula gives; what is none raises a ValueError."""
+    """Evaluates a formula; raises a ValueError if it is not one."""
 
     def __init__(self, values: Mapping[str, Array], size: int) -> None:
         self._values = values
-        # Where nothing that is compared is NaN.
+        # Where no compared value is NaN.
         self.known = np.ones(size, dtype=bool)
 
     def truth(self, node: ast.expr) -> Any:
-        """Returns where it is true."""
+        """Returns where an expression is true."""
         match node:
             case ast.Compare():
                 return self._compare(node)
@@ -111,15 +111,12 @@ class _Formula:
                 return np.logical_not(self.truth(operand))
         self._number(node)
         raise ValueError(
-            f"must compare something, {_AS_IN}: what is only a number neither"
-            " holds nor fails"
+            f"must be a comparison, {_AS_IN}: a number neither holds nor fails"
         )
 
     def _compare(self, node: ast.Compare) -> Any:
         if not any(isinstance(it, ast.Name) for it in ast.walk(node)):
-            raise ValueError(
-                f"must compare names, {_AS_IN}: numbers alone say nothing"
-            )
+            raise ValueError(f"must compare names, {_AS_IN}, not only numbers")
         if any(type(op) not in _COMPARISONS for op in node.ops):
             raise ValueError("must compare by <, <=, >, >=, == or !=")
         sides = [self._number(it) for it in (node.left, *node.comparators)]
@@ -130,7 +127,7 @@ class _Formula:
         return np.logical_and.reduce(told)
 
     def _number(self, node: ast.expr) -> Any:
-        """Returns its values."""
+        """Returns the values of an expression."""
         match node:
             case ast.Name():
                 return self._values[node.id]
@@ -139,7 +136,7 @@ class _Formula:
             case ast.Constant(value=int() | float() as value):
                 if abs(value) > sys.float_info.max:
                     raise ValueError("must have finite numbers")
-                # Python's own integers would have no end.
+                # Python's integers could grow without limit.
                 return np.float64(value)
             case ast.BinOp(left, op, right) if type(op) in _ARITHMETIC:
                 sides = self._number(left), self._number(right)
@@ -149,8 +146,8 @@ class _Formula:
                 return _SIGNS[type(op)](self._number(operand))
             case ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
                 raise ValueError(
-                    "must have brackets around comparisons beside & and |, or"
-                    " `and` and `or` in their place"
+                    "must have brackets around comparisons with & and |; or use"
+                    " `and` and `or`"
                 )
         raise ValueError(
             f"must compare names and numbers by + - * / ** and brackets,"

@@ -6,15 +6,14 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
 
-# From so many values on, a mean has the interval of the bootstrap: fewer are
-# too few to draw from.
+# The smallest number of values for the bootstrap.
 LEAST_DRAWN = 20
 
-# From so many values on, a mean is so nearly normal that drawing, which takes a
-# second for each metric of 10 000 runs, hardly tells more.
+# From this number of values on, a mean is nearly normal, and the bootstrap,
+# which takes a second for each metric of 10 000 runs, hardly improves it.
 MOST_DRAWN = 2000
 
-# So many values are drawn at once.
+# The maximum number of values that are drawn at once, to save memory.
 _AT_ONCE = 1_000_000
 
 _RESAMPLES = 5000
@@ -23,16 +22,16 @@ _RESAMPLES = 5000
 def mean_interval(
     values: Array, confidence: float = 0.95, seed: int = 0
 ) -> tuple[float, float]:
-    """Returns the interval of a mean.
+    """Returns the confidence interval of a mean.
 
-    Below `LEAST_DRAWN` values it is that of Student 1908, mean +- t sd /
-    sqrt(n), which is exact for a normal distribution. From there on it is the
-    percentile interval of the bootstrap, as much wider as Student's is wider
-    than that of a known deviation (Hesterberg 2015, "expanded percentile").
-    From `MOST_DRAWN` on it is Student's again.
+    For less than `LEAST_DRAWN` values, it is that of Student 1908, mean +- t
+    sd / sqrt(n), which is exact for a normal distribution. From there on, it
+    is the percentile interval of the bootstrap, widened by the ratio of
+    Student's interval to that of a known deviation (Hesterberg 2015, "expanded
+    percentile"). From `MOST_DRAWN` values on, it is Student's again.
 
     Args:
-        values: Shape (n,), all of them finite; for n < 2 the interval is NaN.
+        values: Finite values, shape (n,); for n < 2 the interval is NaN.
         confidence: In (0, 1).
         seed: The seed of the draws.
     """
@@ -62,7 +61,7 @@ def bootstrap_interval(
     It is too narrow for few values: see `mean_interval`.
 
     Args:
-        values: Shape (n,), all of them finite; for n < 2 the interval is NaN.
+        values: Finite values, shape (n,); for n < 2 the interval is NaN.
         confidence: In (0, 1).
         seed: The seed of the draws.
     """
@@ -90,9 +89,9 @@ def wilson_interval(
     """Returns the score interval of a rate (Wilson 1927).
 
     Args:
-        successes: How often it happened; not a whole number where one of the
-            times is itself a mean.
-        n: Of how many times; for 0 the interval is NaN.
+        successes: The number of successes; it need not be whole, because an
+            observation may be a mean.
+        n: The number of observations; for 0 the interval is NaN.
         confidence: In (0, 1).
     """
     from scipy.special import ndtri
@@ -112,11 +111,11 @@ def paired_rate_interval(
 ) -> tuple[float, float]:
     """Returns the interval of the difference b - a of two rates in pairs.
 
-    Wilson's intervals of both rates are put together by the correlation of the
-    two, corrected for continuity (Newcombe 1998, "Improved confidence
-    intervals for the difference between binomial proportions based on paired
-    data", method 10). Unlike that of the mean of the differences, it has a
-    width where all pairs are equal.
+    It combines Wilson's intervals of both rates with their correlation,
+    corrected for continuity (Newcombe 1998, "Improved confidence intervals for
+    the difference between binomial proportions based on paired data", method
+    10). Unlike the interval of the mean difference, it has a width even if all
+    pairs are equal.
 
     Args:
         a: Shape (n,), in [0, 1]; for n = 0 the interval is NaN.
@@ -132,7 +131,7 @@ def paired_rate_interval(
     spread = math.sqrt(p_a * (1 - p_a) * p_b * (1 - p_b))
     together = float(np.mean(a * b)) - p_a * p_b
     if together > 0:
-        # By chance alone few pairs seem to go together.
+        # Few pairs may seem correlated by chance.
         together = max(together - 0.5 / n, 0.0)
     phi = together / spread if spread else 0.0
 
@@ -151,7 +150,8 @@ def within_bounds(
 ) -> tuple[float, float]:
     """Returns the part of an interval that is within the bounds of a metric.
 
-    Values out of bounds are of another program, for which they do not hold.
+    If values are out of bounds, they are of another program, and the interval
+    is not changed.
     """
     if ((values < bounds[0]) | (values > bounds[1])).any():
         return ends

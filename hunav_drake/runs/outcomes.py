@@ -1,4 +1,4 @@
-"""How runs ended: for which reasons, how often, and in what words."""
+"""End reasons of runs: how often each occurs, and its message."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -6,25 +6,23 @@ import re
 
 import pandas as pd
 
-# Messages that differ in numbers alone say the same.
+# Messages that differ only in numbers count as equal.
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 
 GOAL = "goal"
 
 
 def count_outcomes(runs: pd.DataFrame, by: Iterable[str]) -> pd.DataFrame:
-    """Counts for which reasons runs ended, and tells in which words.
+    """Counts the end reasons of runs.
 
     Args:
-        runs: A row per run, with `end_reason` and, if it is known,
-            `end_message`.
-        by: The columns that tell kinds of runs apart.
+        runs: A row per run, with `end_reason` and perhaps `end_message`.
+        by: The columns that distinguish kinds of runs.
 
     Returns:
-        A row for each kind and reason, those at the goal first, with the
-        columns of `by`, `end_reason`, `count`, `runs` (how many the kind has)
-        and `message`: that of most of them; where others tell something else,
-        with how many of them say so.
+        A row for each kind and reason, "goal" first, with the columns of `by`,
+        `end_reason`, `count`, `runs` (the number of runs of the kind) and
+        `message`: the most frequent one, with its count if there are others.
     """
     by = list(by)
     rows = []
@@ -47,7 +45,7 @@ def outcome_text(outcomes: pd.DataFrame) -> str:
 
 
 def why_not_goal(outcomes: pd.DataFrame) -> list[str]:
-    """Returns in words why runs ended that did not reach the goal."""
+    """Returns the reasons and messages of runs that did not reach the goal."""
     return [
         f"{row.end_reason}: {row.message}"
         for row in outcomes.itertuples()

@@ -1,4 +1,4 @@
-"""Reads recordings of trials, from here or from elsewhere."""
+"""Reads recordings of trials, also of other programs."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -10,42 +10,42 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 
 def ReadRecording(filename: str | Path) -> Recording:
-    """Reads a recording from a file, whose kind its name tells.
+    """Reads a recording from a file; its suffix determines the format.
 
-    - `.npz`: what `Recording.save` writes.
-    - `.csv`: a row for each sample of each body, with a header; commas,
-      semicolons or tabs between the cells. The columns `time` (s), `agent` (a
-      name; "robot" is the robot), `x` and `y` (m) are needed. `yaw` (rad),
-      `vx`, `vy` (m/s) and `omega` (rad/s) are worked out from the positions
-      where a column is missing, `radius` (m) is 0.35 then. `behavior` (a
-      name), `group_id` (-1 for none) and `behavior_status` (0 while someone
-      does not react to the robot) are optional; the first two do not change.
-      The order of rows does not matter, and times within a microsecond are
-      one. Who has no row at a time is missing then, but the robot must not
-      be. Other columns are an error, lest a misspelled one go unseen.
-    - `.json`: the messages that HuNavSim's evaluator gets, step by step: a
+    - `.npz`: a file of `Recording.save`.
+    - `.csv`: a header and a row for each sample of each agent, separated by
+      commas, semicolons or tabs. The columns `time` (s), `agent` (a name;
+      "robot" is the robot), `x` and `y` (m) are required. If missing, `yaw`
+      (rad), `vx`, `vy` (m/s) and `omega` (rad/s) are computed from the
+      positions, and `radius` (m) is 0.35. `behavior` (a name), `group_id` (-1
+      for none) and `behavior_status` (0 while the person does not react to the
+      robot) are optional; the first two are constant. The order of rows does
+      not matter, and times within a microsecond are equal. A person without a
+      row at a time is absent; the robot must have all rows. Other columns are
+      an error, so that misspelled names are found.
+    - `.json`: the messages that HuNavSim's evaluator gets at each step: a
       list, or an object with the list under "published", "steps" or "input".
-      A step has `sec`, `nanosec`, `robot` and `agents`, each of whom `x, y,
-      yaw, vx, vy, linear_vel, angular_vel, radius`, agents also `id`, and
-      perhaps `behavior` (1 to 6) and `group_id`, which do not change,
+      A step has `sec`, `nanosec`, `robot` and `agents`, each of these with `x,
+      y, yaw, vx, vy, linear_vel, angular_vel, radius`, agents also `id`, and
+      perhaps `behavior` (1 to 6) and `group_id`, which are constant,
       `behavior_state`, and `closest_obs` (nearest points of walls).
-      `robot_goal` (x, y, and perhaps yaw) and `robot_goal_radius` may stand
-      beside the list. Times count from the first step. A step with the stamp
-      of the one before is a sample of its own, but tells nothing of
-      accelerations.
+      `robot_goal` (x, y, and perhaps yaw) and `robot_goal_radius` may be in
+      the same object as the list. Times start at the first step. A step with
+      the time stamp of the previous one is a separate sample, but does not
+      count for accelerations.
 
-    The last two do not tell the walls: `Recording.walls_known` is false.
+    The last two have no walls: `Recording.walls_known` is false.
 
-    Each may be packed by gzip, with `.gz` at the end of its name, but for
-    `.npz`, which is packed. What takes more than 2 GB of memory unpacked is
-    refused; HUNAV_UNPACKED_GB, in the environment, sets another limit.
+    `.csv` and `.json` may be compressed with gzip, with `.gz` at the end of
+    the name. Files that need more than 2 GB of memory are refused; the
+    environment variable HUNAV_UNPACKED_GB sets another limit.
 
     Args:
         filename: The file.
 
     Raises:
         OSError: If the file cannot be read.
-        ValueError: If it is not such a file. The text names the place.
+        ValueError: If the file is invalid. The message names the place.
     """
     path = Path(filename)
     suffixes = [suffix.lower() for suffix in path.suffixes]

@@ -1,4 +1,4 @@
-"""The results of runs in a folder: each with files of its own, and a log."""
+"""The results of runs in a folder: a log, and files for each run."""
 
 from collections.abc import Callable, Iterator
 import dataclasses
@@ -37,13 +37,13 @@ from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
 
 Format = Literal["csv", "hunav"]
 
-# Numbers in tables: without the rounding of binary digits.
+# The format of numbers in tables: without rounding errors.
 CSV_NUMBERS = "%.12g"
 
-# The longest part of the name of a file that is made of other names.
+# The maximum length of a file name that is made of other names.
 _LONGEST = 80
 
-# How many damaged runs an error names.
+# The maximum number of damaged runs in an error message.
 _MOST_NAMED = 5
 
 
@@ -56,38 +56,39 @@ def WriteResult(
     format: Format = "csv",
     add: Callable[[Path], object] | None = None,
 ) -> Path:
-    """Writes a result into a folder of its own, `<directory>/runs/<tag>/`.
+    """Writes a result to a new folder, `<directory>/runs/<tag>/`.
 
-    The folder has `result.json` (metrics, also by behavior, what is known of
+    The folder contains `result.json` (metrics, also by behavior, facts about
     them, provenance, end), `recording.npz`, and the series of metrics in
     `steps.csv` and `steps_beh_<behavior>.csv`. It appears with all its files
-    or not at all, and is never changed; then the log of the directory,
-    `runs.jsonl`, gets a line. Many processes may write into one directory at a
-    time. Tables over all runs are made when they are read: see `ReadRuns`.
+    or not at all, and never changes; then the log of the directory,
+    `runs.jsonl`, gets a line. Several processes may write to one directory at
+    the same time. For tables of all runs see `ReadRuns`.
 
-    A behavior whose name is not fit for that of a file is told apart by a hash
-    after what is left of it. JSON knows no numbers that are not finite: NaN is
-    null, and infinity is the text "Infinity" or "-Infinity".
+    A behavior whose name cannot be a file name gets a hash after the valid
+    part of its name. JSON has only finite numbers: NaN is null, and infinity
+    is the text "Infinity" or "-Infinity".
 
     Args:
-        result: What to write.
-        directory: The folder of results; it is made if need be.
+        result: The result.
+        directory: The folder of results; it is created if necessary.
         tag: The name of the run's folder. By default scenario, planner and
             seed, and "run2", ... if that is taken.
-        label: The setting, instead of the result's own: what tells this run
-            from those of the same planner in the same scenario that differ by
-            more than the seed. Statistics keep settings apart.
-        format: With "hunav", the four kinds of text files of HuNavSim are
-            written besides: see `hunav_texts`.
-        add: Writes more files of the run, such as its report, into the folder
-            that it is given, before the folder gets its name.
+        label: The setting, instead of the result's own: a name that
+            distinguishes this run from runs of the same planner in the same
+            scenario that differ in more than the seed. Statistics separate
+            settings.
+        format: With "hunav", also writes the four kinds of text files of
+            HuNavSim: see `hunav_texts`.
+        add: Writes more files of the run, such as its report, to the folder
+            that it gets, before the folder gets its name.
 
     Returns:
         The folder of the run.
 
     Raises:
         OSError: If something cannot be written, or if the tag is taken.
-        ValueError: If the tag is not fit for the name of a folder.
+        ValueError: If the tag cannot be the name of a folder.
     """
     if label is not None:
         result = dataclasses.replace(result, setting=label)
@@ -122,25 +123,25 @@ def WriteResult(
 def LoadResults(
     directory: str | Path, *, damaged: dict[str, str] | None = None
 ) -> list[TrialResult]:
-    """Reads the results in a folder of which there are recordings.
+    """Reads the results in a folder that have recordings.
 
-    Those are all that `WriteResult` has written, and of a suite one of each
-    cell. Metrics have the values that were written; the series and the tables
-    by behavior are computed again from the recording.
+    These are all results of `WriteResult`, and one of each cell of a suite.
+    Metrics have the values of the files; the series and the tables by behavior
+    are computed from the recording again.
 
     Args:
         directory: The folder of results.
-        damaged: Gets what is wrong with damaged runs, by their tags, which are
-            left out then; without it they are an error.
+        damaged: Receives the faults of damaged runs, by their tags, and these
+            runs are left out; without it they raise an error.
 
     Returns:
         The results in the order of their tags; those of a suite come first,
         by scenario and planner.
 
     Raises:
-        OSError: If there are no results, or those of an old version.
-        ValueError: If runs are damaged. No metric is computed then, and no
-            recording is read unless all rows are sound.
+        OSError: If there are no results, or results of an old version.
+        ValueError: If runs are damaged. Then no metric is computed, and no
+            recording is read unless all rows are valid.
     """
     folder = Path(directory)
     kept = {
@@ -163,23 +164,23 @@ def LoadResults(
 def read_folder(
     directory: str | Path, damaged: dict[str, str] | None = None
 ) -> Iterator[RunRow]:
-    """Yields the rows of all runs in a folder, whoever ran them.
+    """Yields the rows of all runs in a folder.
 
-    They are in its log. Folders of runs that the log does not tell of are
-    those of versions without one, or of a writer that was killed: of these
-    `result.json` is read. Runs whose folder was deleted are no more.
+    They come from its log. Folders of runs that the log does not list are
+    those of older versions, or of a writer that was killed: their
+    `result.json` is read. Runs whose folder was deleted are left out.
 
     Args:
         directory: The folder of results.
         damaged: See `LoadResults`.
 
     Raises:
-        OSError: If there are no results, or those of an old version.
+        OSError: If there are no results, or results of an old version.
         ValueError: If runs are damaged.
     """
     folders = _find(directory)
     log = Path(directory) / NAME
-    # Of a folder that was deleted and made anew, the last line tells.
+    # If a folder was deleted and written again, the last line is valid.
     single: dict[str, RunRow] = {}
     is_empty = True
     for row in read_rows(log) if log.is_file() else ():
@@ -212,18 +213,18 @@ def _read_summary(run: Path) -> RunRow:
 
 
 def _find(directory: str | Path) -> dict[str, Path]:
-    """Returns the folders of single runs; there may be those of suites."""
+    """Returns the folders of single runs; refuses files of an old version."""
     folder = Path(directory)
     found = find_runs(folder)
-    # Beside new runs, recordings of an old version must not go unseen.
+    # Recordings of an old version are an error even if there are new runs.
     old = ["recording_*.npz"]
     old += [] if found or (folder / NAME).is_file() else ["metrics*.csv"]
     if any(any(folder.glob(pattern)) for pattern in old):
         raise OSError(
             errno.EINVAL,
-            "This folder has results of an old version, which are not read."
+            "This folder has results of an old version, which cannot be read."
             " Evaluate each recording again with `hunav evaluate FILE --out"
-            " NEW_FOLDER`, or repeat the runs into a new folder",
+            " NEW_FOLDER`, or repeat the runs in a new folder",
             str(directory),
         )
     return found
@@ -272,11 +273,11 @@ def _make_result(row: RunRow, recording: Recording) -> TrialResult:
     result = MakeTrialResult(
         recording,
         scenario_name=row.scenario,
-        # A metric of somebody's own may not be registered here.
+        # A user's metric may not be registered here.
         metric_names=[name for name in row.metrics if name in METRICS],
-        # Of what a suite is made, its cells tell.
+        # The provenance of a suite is in its cells.
         provenance=row.provenance or told,
-        # Those without a result have no recording.
+        # Runs without a result have no recording.
         end_reason=cast(EndReason, row.end_reason),
         end_message=row.end_message,
         end_time=row.end_time,
@@ -305,7 +306,7 @@ def _write_files(
 
 
 def _tags(result: TrialResult) -> Iterator[str]:
-    """Gives tags for a run, to take the first that is free."""
+    """Yields tags for a run, of which the first free one is used."""
     parts = [
         result.scenario_name or "trial",
         result.provenance.get("planner"),
@@ -318,7 +319,7 @@ def _tags(result: TrialResult) -> Iterator[str]:
 
 
 def _unique(text: str) -> str:
-    """Returns a text that may be part of the name of a file, and no other's."""
+    """Returns a unique part of a file name for a text."""
     safe = file_name_part(text)[:_LONGEST]
     if safe == text:
         return text

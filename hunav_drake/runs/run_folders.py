@@ -1,12 +1,12 @@
-"""Where the files of runs are in a folder of results.
+"""The layout of a folder of results.
 
-Those of a single run are in `runs/<tag>/`. A suite keeps a recording of each
-cell in `recordings/`, and a replay in `replays/`.
+The files of a single run are in `runs/<tag>/`. A suite keeps a recording of
+each cell in `recordings/`, and a replay in `replays/`.
 
-A single run is written into a hidden folder beside, which takes its name when
-it is complete. So a folder in `runs/` whose name does not begin with a dot is a
-whole run, whoever else writes at the time, and whenever a writer is killed;
-what that one leaves is never read, and can be deleted.
+A single run is written to a hidden folder, which is renamed when it is
+complete. So each folder in `runs/` whose name does not start with a dot is a
+complete run, even if several processes write or one is killed; hidden folders
+are never read, and can be deleted.
 """
 
 from collections.abc import Callable
@@ -24,18 +24,18 @@ RUNS = "runs"
 RECORDINGS = "recordings"
 REPLAYS = "replays"
 
-# The longest part of a name that is made of other names.
+# The maximum length of a file name that is made of other names.
 _LONGEST = 160
 
-# What a rename says where a file, or a folder with files, is in its way.
+# Errors of a rename if the new name is taken.
 _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
 
 
 def find_runs(directory: str | Path) -> dict[str, Path]:
     """Returns the folders of the runs in a folder of results, by their tags.
 
-    The order is that of the tags, with numbers in them by their size. Nothing
-    is read, so a run may turn out to be damaged. The folder need not exist.
+    They are sorted by tag, with numbers in tags by value. No file is read. The
+    folder need not exist.
     """
     runs = Path(directory) / RUNS
     found = {
@@ -47,7 +47,7 @@ def find_runs(directory: str | Path) -> dict[str, Path]:
 
 
 def find_pages(directory: str | Path, tag: str) -> dict[str, Path]:
-    """Returns the pages of a run that there are, "report" and "replay"."""
+    """Returns the existing pages of a run, "report" and "replay"."""
     folder = Path(directory) / RUNS / tag
     return {
         kind: folder / f"{kind}.html"
@@ -57,13 +57,15 @@ def find_pages(directory: str | Path, tag: str) -> dict[str, Path]:
 
 
 def write_run_folder(path: Path, write: Callable[[Path], None]) -> bool:
-    """Writes a folder that takes its name only when it is complete.
+    """Writes a folder under a hidden name, and renames it when complete.
 
-    The parent exists; `write` is given the folder to write into. If that raises
-    an OSError, nothing is left.
+    Args:
+        path: The folder; its parent exists.
+        write: Writes the files to the folder that it gets. If it raises an
+            OSError, nothing is left.
 
     Returns:
-        Whether it was done: not if there is a folder of that name by now.
+        False if the name is taken by now.
     """
     draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")
     try:
@@ -80,18 +82,18 @@ def write_run_folder(path: Path, write: Callable[[Path], None]) -> bool:
 
 
 def recording_path(folder: Path, cell: str, seed: int) -> Path:
-    """Returns where the recording of a run of a suite is kept."""
+    """Returns the path of the recording of a run of a suite."""
     name = file_name_part(cell)[:_LONGEST].lstrip(".-")
     return folder / RECORDINGS / f"{name}_{seed}.npz"
 
 
 def replay_path(folder: Path, cell: str, seed: int) -> Path:
-    """Returns where the replay of a run of a suite is kept."""
+    """Returns the path of the replay of a run of a suite."""
     return folder / REPLAYS / f"{recording_path(folder, cell, seed).stem}.html"
 
 
 def find_recording(folder: Path, row: RunRow) -> Path | None:
-    """Returns where the recording of a run is; None if none was kept."""
+    """Returns the path of the recording of a run; None if there is none."""
     if row.tag:
         return folder / RUNS / row.tag / "recording.npz"
     if row.seed is None or row.repetition:

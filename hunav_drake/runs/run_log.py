@@ -1,7 +1,7 @@
-"""The log of a folder: `runs.jsonl`, one line per run, written as it ends.
+"""The log of a folder: `runs.jsonl`, one line per run, written when it ends.
 
-Whole lines are written at its end, by one process at a time. So whatever stops
-one, what was written stays; a last line that was cut off is taken away.
+Complete lines are appended, by one process at a time. So a crash loses no
+line that was written; an incomplete last line is removed.
 """
 
 from collections.abc import Iterable, Iterator
@@ -23,7 +23,7 @@ _CHUNK = 1 << 20
 
 
 def append_rows(folder: Path, rows: Iterable[RunRow]) -> None:
-    """Writes rows to the disk, at the end of the log of a folder.
+    """Appends rows to the log of a folder, and syncs them to disk.
 
     Raises:
         OSError: If it cannot be written.
@@ -41,8 +41,8 @@ def append_rows(folder: Path, rows: Iterable[RunRow]) -> None:
 def read_rows(path: Path) -> Iterator[RunRow]:
     """Yields the rows of a log, in the order in which the runs ended.
 
-    Those whose workers have died come last, but for those that were done
-    afterwards. A last line without an end is left out.
+    Runs whose worker died come last, unless they were repeated with success.
+    An incomplete last line is skipped.
 
     Raises:
         OSError: If it cannot be read.
@@ -57,8 +57,8 @@ def read_rows(path: Path) -> Iterator[RunRow]:
                 row = row_from_json(line)
             except ValueError as error:
                 raise ValueError(
-                    f"{path}:{number}: is damaged: is not a run: {error}; take"
-                    " the line out, and its run is done again"
+                    f"{path}:{number}: is damaged: is not a run: {error};"
+                    " delete the line, and its run is repeated"
                 ) from error
             if row.end_reason == LOST:
                 lost[row.key] = row
@@ -69,23 +69,23 @@ def read_rows(path: Path) -> Iterator[RunRow]:
 
 
 class RunLog:
-    """The runs of a suite in a folder, which no other suite has meanwhile."""
+    """The log of a suite in a folder, which it locks for other suites."""
 
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
-        """Opens the log of a folder, and makes one if there is none.
+        """Opens or creates the log of a folder.
 
         Args:
-            folder: Where it is.
-            fresh: Begins a new one; what was there is `runs_old.jsonl`, and
-                recordings and replays are in `recordings_old`, `replays_old`.
+            folder: The folder, which is created if necessary.
+            fresh: Starts a new log; the old one becomes `runs_old.jsonl`, and
+                recordings and replays go to `recordings_old`, `replays_old`.
 
         Raises:
             OSError: If it cannot be written.
-            BlockingIOError: If somebody else has it open.
+            BlockingIOError: If another suite uses it.
         """
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / NAME
-        # Single runs may be written into the same log meanwhile.
+        # The lock is on the folder: single runs may still append to the log.
         self._lock = os.open(folder, os.O_RDONLY)
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -96,7 +96,7 @@ class RunLog:
             os.close(self._lock)
             raise BlockingIOError(
                 error.errno,
-                "is in use by another run of a suite; wait for it, or choose"
+                "is in use by another suite; wait until it ends, or choose"
                 " another folder",
                 str(self.path),
             ) from error
@@ -117,7 +117,7 @@ class RunLog:
     def read(
         self, cells: "Iterable[Cell]", code_sha256: str
     ) -> Iterator[RunRow]:
-        """Yields the runs of these cells by this code: see `read_rows`.
+        """Yields the runs of some cells: see `read_rows`.
 
         Raises:
             ValueError: If a line is damaged, or a cell has runs of another
@@ -126,7 +126,7 @@ class RunLog:
         hashes = {cell.name: cell.sha256 for cell in cells}
         others: dict[str, int] = {}
         for row in read_rows(self.path):
-            # What has a folder of its own is of no suite.
+            # A run with its own folder does not belong to a suite.
             if row.tag or row.cell not in hashes:
                 continue
             if (row.sha256, row.code_sha256) == (hashes[row.cell], code_sha256):
@@ -134,16 +134,16 @@ class RunLog:
             else:
                 others[row.cell] = others.get(row.cell, 0) + 1
         if others:
-            told = ", ".join(f"{n} of {cell}" for cell, n in others.items())
+            counts = ", ".join(f"{n} of {cell}" for cell, n in others.items())
             raise ValueError(
                 f"{self.path}: holds runs of other scenarios, behavior trees,"
-                f" code or versions ({told}), or their maps, models or other"
+                f" code or versions ({counts}), or their maps, models or other"
                 " files have changed: choose another folder, or --fresh, which"
                 " keeps them as runs_old.jsonl"
             )
 
     def _begin_anew(self) -> None:
-        """Sets aside what is there: replays of old runs are of other runs."""
+        """Renames the old files; old replays do not show the new runs."""
         folder = self.path.parent
         if self.path.is_file() and self.path.stat().st_size:
             self.path.replace(folder / "runs_old.jsonl")
@@ -154,9 +154,9 @@ class RunLog:
 
 
 def _cut(file: BinaryIO) -> None:
-    """Takes a last line away that was not written to its end."""
+    """Removes an incomplete last line."""
     end = size = file.seek(0, os.SEEK_END)
-    # Mostly the last byte tells.
+    # The last byte is usually a line end.
     step = 1
     while end > 0:
         start = max(0, end - step)

@@ -1,4 +1,4 @@
-"""One run: a row of the log of its folder, and of all tables."""
+"""The row of one run, in the log of its folder and in all tables."""
 
 from collections.abc import Iterable, Mapping
 import json
@@ -32,26 +32,26 @@ from hunav_drake.trial.result import EndReason, TrialResult
 if TYPE_CHECKING:
     from hunav_drake.systems.evaluation.recording import Recording
 
-# The reason of a run that raised an error.
+# The end reason of a run that raised an error.
 ERROR: Literal["error"] = "error"
 
-# That of a run whose worker has died: it is run again when its suite is.
+# The end reason of a run whose worker died: the next start repeats it.
 LOST: Literal["worker_died"] = "worker_died"
 
-# The reasons of runs that have no metrics.
+# The end reasons of runs without metrics.
 NO_RESULT = (ERROR, LOST)
 
-# The reasons of runs that say nothing of a planner, but that it is broken.
+# The end reasons of failures, which do not count as results of a planner.
 FAILED = (*NO_RESULT, "planner_failed")
 
 _NOTHING: dict[str, Any] = {}
 
-# What JSON has no numbers for.
+# Numbers that JSON does not have.
 _NOT_FINITE = {None: math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
 class MetricFacts(TypedDict):
-    """What is known of a metric."""
+    """Facts about a metric."""
 
     unit: str
     family: str
@@ -59,31 +59,31 @@ class MetricFacts(TypedDict):
 
 
 class RunRow(NamedTuple):
-    """What is kept of a run, whoever ran it.
+    """The data of a run, from any command.
 
     Attributes:
         scenario: The name of the scenario.
         planner: The name of the planner; in a suite, its label.
-        setting: What tells it from runs of the same planner in the same
-            scenario, but for the seed; empty if nothing does.
-        seed: Its seed; None for a recording from elsewhere.
+        setting: A name that distinguishes it from runs of the same planner in
+            the same scenario, apart from the seed; may be empty.
+        seed: Its seed; None for a recording of another program.
         end_reason: As in `TrialResult`, or "error", or "worker_died".
         end_message: The same in words.
         end_time: In seconds of simulated time; NaN without a result.
         metrics: The values by name.
         by_behavior: The values by behavior, then by name.
-        repetition: Which of the runs of that seed it is, from 0.
+        repetition: The index among the runs of that seed, from 0.
         drawn: What the seed draws: see `ReadRuns`.
-        facts: What is known of the metrics that are not of this package.
+        facts: Facts about metrics that are not part of this package.
         tag: The name of the folder of its files, if it has one.
-        provenance: As in `TrialResult`, of a run that has a folder.
-        sha256: The hash of its cell, of a run of a suite.
-        code_sha256: That of the code that has run it: see `hash_of_all`.
-        cost: Seconds by name: "wall" and "cpu" of the whole run, and of the
-            planner's cycles "cycle_median" and "cycle_p95", where they are
-            known. They alone differ between equal runs.
+        provenance: As in `TrialResult`, for a run with a folder.
+        sha256: The hash of its cell, for a run of a suite.
+        code_sha256: The hash of the code that ran it: see `hash_of_all`.
+        cost: Durations in seconds by name: "wall" and "cpu" of the whole run,
+            and "cycle_median" and "cycle_p95" of the planner's cycles, if
+            known. Only these differ between equal runs.
         extras: Further numbers by name: see `extra_values`.
-        recording: What happened, if it was asked for; no file has it.
+        recording: The recording, if requested; it is not written to the log.
     """
 
     scenario: str
@@ -108,24 +108,24 @@ class RunRow(NamedTuple):
 
     @property
     def cell(self) -> str:
-        """Scenario, planner and setting as messages call them."""
+        """The name of its cell in messages."""
         return cell_name(self.scenario, self.planner, self.setting)
 
     @property
     def key(self) -> tuple[str, int | None, int]:
-        """What no two rows of a suite share."""
+        """The identity of a run in a suite."""
         return self.sha256, self.seed, self.repetition
 
     def metric_values(self) -> pd.Series:
-        """Returns the metrics by name, with facts on them in `attrs`."""
+        """Returns the metrics by name, with facts about them in `attrs`."""
         series = pd.Series(self.metrics, dtype=float, name="value")
         series.index.name = "metric"
         series.attrs |= table_facts(self.metrics, self.facts)
         return series
 
 
-# Its types, which what is read from a file is checked by. (mypy takes names of
-# fields that are written out only.)
+# The types of its fields, to check the rows of files. (mypy accepts only
+# literal names.)
 _FIELDS: TypeAdapter[Any] = TypeAdapter(
     TypedDict(  # type: ignore[operator]
         "_Fields",
@@ -139,12 +139,12 @@ _FIELDS: TypeAdapter[Any] = TypeAdapter(
 
 
 def cell_name(scenario: str, planner: str, setting: str) -> str:
-    """Returns what runs that differ by their seeds share: "crossing/dwb"."""
+    """Returns the name of a cell: "crossing/dwb"."""
     return "/".join(part for part in (scenario, planner, setting) if part)
 
 
 def make_row(result: TrialResult, tag: str = "") -> RunRow:
-    """Returns the row of a trial that has ended."""
+    """Returns the row of a finished trial."""
     metrics = {str(k): float(v) for k, v in result.metrics.items()}
     about = result.provenance
     seed = about.get("seed")
@@ -179,7 +179,7 @@ def table_facts(
 
     Args:
         names: The metrics.
-        own: What is known of those that are not of this package.
+        own: Facts about the metrics that are not part of this package.
     """
     attrs = facts_of(name for name in names if name in METRICS)
     for name, facts in own.items():
@@ -189,16 +189,16 @@ def table_facts(
 
 
 def row_to_json(row: RunRow) -> str:
-    """Returns a row as one line, without its recording.
+    """Returns a row as one line of JSON, without its recording.
 
-    Numbers are written so that they are read back to the last bit. NaN is
-    null, and infinity is the text "Infinity" or "-Infinity".
+    Numbers are exact to the last bit. NaN is null, and infinity is the text
+    "Infinity" or "-Infinity".
     """
     return json.dumps(_plain(row), allow_nan=False)
 
 
 def result_to_json(row: RunRow) -> str:
-    """Returns the same for people: with what is known of each metric."""
+    """Returns a row as readable JSON, with the facts about each metric."""
     data = _plain(row)
     data.pop("facts", None)
     metrics = row.metric_values()
@@ -213,7 +213,7 @@ def row_from_json(text: str | bytes) -> RunRow:
     """Returns the row of a line of a log, or of a file `result.json`.
 
     Raises:
-        ValueError: If it is not a row: which field, rule and value.
+        ValueError: If it is not a row; the message has field, rule and value.
     """
     try:
         data: Any = json.loads(text)
@@ -236,14 +236,14 @@ def row_from_json(text: str | bytes) -> RunRow:
 
 
 def plain_number(value: float) -> float | str | None:
-    """Returns a number as JSON has it: see `row_to_json`."""
+    """Returns a number for JSON: see `row_to_json`."""
     if math.isfinite(value):
         return float(value)
     return None if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
 
 
 def _plain(row: RunRow) -> dict[str, Any]:
-    """Returns what is told of a row in files: nothing that goes without."""
+    """Returns a row as plain data, without default values."""
     defaults = RunRow._field_defaults
 
     def plain(value: Any) -> Any:
@@ -260,14 +260,14 @@ def _plain(row: RunRow) -> dict[str, Any]:
 
 
 def _complete(data: dict[str, Any]) -> None:
-    """Makes the fields of a row of what a file has, in place."""
+    """Converts the data of a file to the fields of a row, in place."""
     if "cell" in data:
-        # A log of before it told them apart.
+        # A log of an older version.
         names = [*str(data.pop("cell")).split("/", 2), "", ""]
         data |= zip(RunRow._fields[:3], names[:3], strict=True)
     about = data.get("provenance")
     if isinstance(about, dict):
-        # A `result.json` of before it was a row.
+        # A `result.json` of an older version.
         for name, missing in (("planner", ""), ("seed", None), ("drawn", "")):
             data.setdefault(name, about.get(name, missing))
     data.setdefault("setting", "")

@@ -1,4 +1,4 @@
-"""Runs a suite: in worker processes, to be stopped and resumed at any time."""
+"""Runs a suite in worker processes; it can be stopped and resumed."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
@@ -28,10 +28,10 @@ from hunav_drake.runs.tasks import (
 from hunav_drake.runs.worker_pool import InlineExecutor, WorkerPool
 from hunav_drake.trial.user_code import import_user_code
 
-# How often a run is given out alone, if its worker dies each time.
+# The number of attempts to run a trial alone, if its worker dies each time.
 _ATTEMPTS = 3
 
-# Called with each run that has ended, how many have, and how many there are.
+# Called with each finished run, the number of finished runs, and of all runs.
 Progress = Callable[[RunRow, int, int], object]
 
 
@@ -46,45 +46,46 @@ def RunSuite(
     fresh: bool = False,
     progress: Progress = lambda row, done, total: None,
 ) -> SuiteResult:
-    """Runs all trials of a suite that are not yet done.
+    """Runs all trials of a suite that are not finished yet.
 
-    Everything is checked before the first trial. A trial that fails is a row
-    with its reason. The results do not depend on who runs what, and in which
-    order.
+    Everything is checked before the first trial. The row of a failed trial has
+    the reason. The results do not depend on the order of the runs and on the
+    processes that run them.
 
     Args:
-        suite: What to run: see `LoadSuite`.
-        out: A folder for the results. What it holds already is not run again.
-            By default they are in memory alone.
-        workers: How many processes run trials; by default one for each
-            processor. With 1, this one does, so that a crash of a library ends
-            it. With `executor`, how many trials it can run at once: so many
-            tasks are under way, twice.
-        executor: Who runs trials instead: any of `concurrent.futures`, such as
+        suite: The suite: see `LoadSuite`.
+        out: A folder for the results. Runs in it are not repeated. By default
+            the results are only in memory.
+        workers: The number of processes that run trials; by default one for
+            each processor. With 1, this process runs them, so a crash of a
+            library ends it. With `executor`, the number of trials that it can
+            run at once: it gets twice as many tasks.
+        executor: An executor of `concurrent.futures` to run trials, such as
             that of a Dask client, `client.get_executor()`. It is not shut
             down.
-        folder: Where relative paths of scenarios begin, as in a suite file.
+        folder: The folder of relative paths of scenarios, as for a suite file.
         imports: Modules and files that this process and each worker import
-            first, as with `--import`. A file must be at the same place for all
-            of them. If one of them has changed since, the runs in `out` do not
-            count; changes of what they import in turn, or of what is registered
-            elsewhere, as in a notebook, are not noticed: see `fresh`.
-        fresh: Runs everything. What `out` holds is kept as `runs_old.jsonl`,
+            first, as with `--import`. A file must have the same path for all
+            of them. If one of them has changed, the runs in `out` do not
+            count; changes of modules that they import, or of parts that are
+            registered elsewhere, as in a notebook, are not detected: see
+            `fresh`.
+        fresh: Runs all trials. The old files in `out` become `runs_old.jsonl`,
             `recordings_old` and `replays_old`.
-        progress: Called with each run that ends.
+        progress: Called with each finished run.
 
     Raises:
-        ScenarioError: If a scenario of a cell is not sound, or a name in the
-            suite is that of nothing: all faults.
-        ValueError: If `out` holds runs of these cells by other scenarios,
+        ScenarioError: If scenarios are invalid, or names in the suite are
+            unknown; it lists all faults.
+        ValueError: If `out` has runs of these cells with other scenarios,
             files that they name, versions or code.
         OSError: If `out` cannot be written, or is in use.
         UnfitWorkerError: If a worker has other versions or code than this
             process.
-        ConnectionError: If the executor has given its tasks up.
+        ConnectionError: If the executor has cancelled its tasks.
     """
     imported = _absolute(imports)
-    # What they register, the suite may name.
+    # The suite may name parts that they register.
     import_user_code(imported)
     cells = make_cells(suite, Path(folder) if folder is not None else None)
     in_this_process = executor is None and workers == 1
@@ -104,12 +105,12 @@ def RunSuite(
             return SuiteResult(suite, cells, _counted(done, plans), out)
         window = 2 * workers + 2
         if in_this_process:
-            # What this process runs is written before it runs the next.
+            # This process writes each run before it starts the next.
             window = 1
             executor = stack.enter_context(InlineExecutor())
         elif executor is None:
             executor = stack.enter_context(WorkerPool(workers, imports))
-        # Where there is a log, the runs are in it, and none in memory.
+        # If there is a log, runs are not kept in memory.
         rows = done if log is None else None
         done = RunTable()
         _Driver(executor, plans, log, rows, progress).run(window)
@@ -119,7 +120,7 @@ def RunSuite(
 
 
 def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
-    """Returns modules, and files as other processes can find them."""
+    """Returns modules and files, the latter with absolute paths."""
     return tuple(
         str(Path(name).resolve()) if name.endswith(".py") else name
         for name in imports
@@ -129,11 +130,11 @@ def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
 def _take_done(
     log: RunLog, plans: Sequence[CellPlan], code_sha256: str
 ) -> RunTable:
-    """Notes the runs of a log in the plans, and returns them."""
+    """Adds the runs of a log to the plans, and returns them."""
     by_name = {plan.cell.name: plan for plan in plans}
     done = RunTable()
     for row in log.read([plan.cell for plan in plans], code_sha256):
-        # Who has died may not do so again.
+        # A run whose worker died may succeed now.
         if row.end_reason != LOST:
             by_name[row.cell].take(row)
             done.append(row)
@@ -141,9 +142,9 @@ def _take_done(
 
 
 def _counted(rows: RunTable, plans: Sequence[CellPlan]) -> RunTable:
-    """Returns the runs that a suite from the start would have, too.
+    """Returns the runs that the suite asks for.
 
-    A folder may have more, of other seeds, repetitions or an other `until`.
+    A folder may have more runs, of other seeds, repetitions or `until`.
     """
     by_name = {plan.cell.name: plan for plan in plans}
     runs = zip(
@@ -161,7 +162,7 @@ def _counted(rows: RunTable, plans: Sequence[CellPlan]) -> RunTable:
 
 
 class _Driver:
-    """Gives out tasks, and takes in rows."""
+    """Submits tasks, and collects rows."""
 
     def __init__(
         self,
@@ -176,22 +177,22 @@ class _Driver:
         self._log = log
         self._rows = rows
         self._progress = progress
-        # Runs that may have killed a worker, and how often they did so alone.
+        # Runs that may have killed a worker, and how often they did alone.
         self._suspects: dict[tuple[str, int | None, int], int] = {}
         self._again: list[Task] = []
         self._done = sum(plan.done for plan in plans)
-        # Plans that may have tasks to give out.
+        # Plans that may have more tasks.
         self._open = list(plans)
 
     def run(self, window: int) -> None:
-        """Runs until all plans are done, `window` tasks at a time at most."""
+        """Runs until all plans are done; at most `window` tasks at once."""
         self._warm_up()
         running: dict[Future[list[RunRow]], Task] = {}
         ended: SimpleQueue[Future[list[RunRow]]] = SimpleQueue()
         try:
             while True:
-                # Where one dies, all that is under way may be lost with it:
-                # what is suspected of that runs alone.
+                # If a worker dies, all running tasks may be lost with it, so
+                # suspected tasks run alone.
                 most = 1 if self._suspects else window
                 while len(running) < most and (task := self._next()):
                     future = self._executor.submit(do_task, task)
@@ -209,13 +210,13 @@ class _Driver:
             raise
 
     def _warm_up(self) -> None:
-        """Lets one worker compile the kernels, before all do at once."""
+        """Lets one worker compile the kernels, before all need them."""
         kinds: dict[tuple[str, str], str] = {}
         for plan in self._plans.values():
             if not plan.is_done:
                 kinds.setdefault(plan.kind, plan.cell.text)
         future = self._executor.submit(warm_up, list(kinds.values()))
-        # What fails here fails again in its own run, which tells it.
+        # A failure here occurs again in a run, which reports it.
         with contextlib.suppress(Exception):
             future.result()
 
@@ -226,15 +227,15 @@ class _Driver:
             if task := self._open[0].next_task():
                 return task
             self._open.pop(0)
-        # Of plans without an end, some may have got more to do.
+        # Plans with `until` may have more tasks by now.
         self._open = [p for p in self._plans.values() if not p.is_done]
         return next(filter(None, (p.next_task() for p in self._open)), None)
 
     def _take(self, rows: Sequence[RunRow]) -> None:
-        """Keeps the rows of runs that have ended."""
+        """Stores the rows of finished runs."""
         new = [row for row in rows if self._plans[row.cell].take(row)]
         if self._log is not None:
-            # First the recording: a row in the log is a run that is done.
+            # The recording first: a run in the log is complete.
             for row in new:
                 _keep_recording(row, self._log.path.parent)
             self._log.append(new)
@@ -257,18 +258,18 @@ class _Driver:
             raise
         except CancelledError as error:
             raise ConnectionError(
-                "the executor has given up its tasks: is its cluster still"
-                " there? What has ended is kept"
+                "the executor has cancelled its tasks: is its cluster still"
+                " running? Finished runs are kept"
             ) from error
         except Exception as error:
             return self._retry(task, error)
 
     def _retry(self, task: Task, error: Exception) -> list[RunRow]:
-        """Gives the runs of a dead worker out again, each alone."""
+        """Submits the runs of a dead worker again, each alone."""
         failed = []
         for seed, repetition in task.runs:
             key = task.cell.name, seed, repetition
-            # The first time it was not alone.
+            # The first attempt was not alone.
             deaths = self._suspects.get(key, -1) + 1
             if deaths < _ATTEMPTS:
                 self._suspects[key] = deaths
@@ -277,8 +278,8 @@ class _Driver:
             del self._suspects[key]
             reason = (
                 f"its worker process died {_ATTEMPTS} times"
-                f" ({type(error).__name__}: {error}); start the suite again,"
-                " and it is run again"
+                f" ({type(error).__name__}: {error}); start the suite again to"
+                " repeat it"
             )
             failed.append(failed_row(task, seed, repetition, reason, LOST))
         return failed
@@ -287,7 +288,7 @@ class _Driver:
 def _all(
     queue: "SimpleQueue[Future[list[RunRow]]]",
 ) -> Iterator["Future[list[RunRow]]"]:
-    """Yields what is in a queue; if that is nothing, it waits for one."""
+    """Yields the items of a queue; waits for one if it is empty."""
     yield queue.get()
     with contextlib.suppress(Empty):
         while True:

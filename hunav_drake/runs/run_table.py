@@ -24,45 +24,43 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.trial.result import TrialResult
 
-# The columns that are texts, even if they look like numbers.
+# Columns of text, even if a value looks like a number.
 _TEXTS = (
     *("tag", "scenario", "planner", "setting", "drawn", "end_reason"),
     *("end_message", "behavior"),
 )
 
-# What stands for no value in the others.
+# Missing values in the other columns.
 _MISSING = ["", "nan", "NaN", "NA"]
 
-# What a number of a run is about, one of these or a behavior; and its name.
+# The group of a number of a run (one of these, or a behavior), and its name.
 _Key = tuple[str, str]
 _GROUPS = ("metrics", "cost", "extras")
 _BEHAVIOR = "behavior "
 
-# Stands for no seed among numbers.
+# A missing seed.
 _NO_SEED = -1
 
 
 def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
-    """Makes the table of all runs in a folder, or reads one from a file.
+    """Returns the table of all runs in a folder, or of a file.
 
     Args:
-        path: A folder of results, whoever has written it: `hunav run --out`,
-            `hunav evaluate --out`, `hunav bench`, the editor or `WriteResult`;
-            or a table such as the `runs.csv` that is written there. Of a
-            folder no recording is read.
-        by_behavior: Makes a row for each behavior of each run instead, with
-            the metrics as if only the people of that behavior were there, and
-            the column `behavior`.
+        path: A folder of results of `hunav run --out`, `hunav evaluate --out`,
+            `hunav bench`, the editor or `WriteResult`; or a table, such as the
+            `runs.csv` in it. No recording is read.
+        by_behavior: Returns a row for each behavior of each run, with the
+            metrics as if only the people of that behavior existed, and the
+            column `behavior`.
 
     Returns:
         A row per run: tag (the name of its folder; empty in a suite),
         scenario, planner, setting, seed (empty if there is none), repetition,
-        drawn (what the seed draws, "nothing" where all seeds are the
-        same trial, empty where that is not known), end_reason, end_message,
-        end_time in seconds, and a column per metric. Of a run without a
-        result they are NaN, but it is not completed. For a folder, what is
-        known of the metrics is in `attrs`, by name: "units", "families" and
-        "directions".
+        drawn (what the seed draws; "nothing" if all seeds give the same trial;
+        empty if unknown), end_reason, end_message, end_time in seconds, and a
+        column per metric. The metrics of a run without a result are NaN, but
+        `completed` is 0. For a folder, `attrs` has the "units", "families" and
+        "directions" of the metrics, by name.
 
     Raises:
         OSError: If it cannot be read, or there are no results.
@@ -89,15 +87,14 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
 def tabulate_runs(
     results: Iterable[TrialResult], *, by_behavior: bool = False
 ) -> pd.DataFrame:
-    """Makes the same table as `ReadRuns` from results in memory."""
+    """Returns the table of `ReadRuns` for results in memory."""
     return RunTable(map(make_row, results)).frame(by_behavior=by_behavior)
 
 
 def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
-    """Writes `runs.csv` and `runs_by_behavior.csv`, each in one piece.
+    """Writes `runs.csv` and `runs_by_behavior.csv`, for spreadsheets.
 
-    They are for spreadsheets and the like: nothing here reads them unless it
-    is told to. Numbers have twelve digits; NaN is an empty cell.
+    Numbers have twelve digits; NaN is an empty cell.
 
     Returns:
         The path of `runs.csv`.
@@ -116,16 +113,16 @@ def WriteTables(results: Iterable[TrialResult], folder: Path) -> Path:
 
 
 class RunTable(Sequence[RunRow]):
-    """Runs, in the order in which they came; recordings are left out.
+    """Runs without recordings, in the order in which they were added.
 
-    A run takes 8 bytes for each of its numbers and some thirty more, a tenth of
-    a `RunRow`. Rows are made when they are asked for.
+    A run takes 8 bytes for each of its numbers and about thirty more, a tenth
+    of a `RunRow`. Rows are created on access.
     """
 
     def __init__(self, rows: Iterable[RunRow] = ()) -> None:
-        """Takes the rows in, one by one."""
-        # What runs have in common, without numbers, and which numbers they
-        # have; and the place of each of these.
+        """Adds rows, one by one."""
+        # Texts and the names of numbers, which many runs share; and the index
+        # of each.
         self._heads: list[tuple[RunRow, tuple[_Key, ...]]] = []
         self._places: dict[Any, int] = {}
         self._shapes: dict[tuple[_Key, ...], tuple[_Key, ...]] = {}
@@ -134,9 +131,9 @@ class RunTable(Sequence[RunRow]):
         self._seed = array("q")
         self._repetition = array("q")
         self._end_time = array("d")
-        # Columns of numbers, which may end early; NaN where there is none.
+        # Columns of numbers, which may be shorter; the rest is NaN.
         self._numbers: dict[_Key, array[float]] = {}
-        # The runs that are in the table; by default all, as they came.
+        # The indices of the runs in the table; None for all.
         self._chosen: NDArray[np.int64] | None = None
         for row in rows:
             self.append(row)
@@ -202,22 +199,22 @@ class RunTable(Sequence[RunRow]):
         )
 
     def texts(self, name: str) -> list[str]:
-        """Returns one of the texts of all runs: "cell", "end_reason", ..."""
+        """Returns a text of each run: "cell", "end_reason", ..."""
         texts = [getattr(shared, name) for shared, _ in self._heads]
         return [texts[i] for i in self._of_runs(self._head)]
 
     @property
     def seeds(self) -> NDArray[np.int64]:
-        """The seeds of all runs; -1 where there is none."""
+        """The seeds of all runs; -1 for none."""
         return self._of_runs(self._seed)
 
     @property
     def repetitions(self) -> NDArray[np.int64]:
-        """Which of the runs of its seed each is."""
+        """The repetition of each run among those of its seed."""
         return self._of_runs(self._repetition)
 
     def columns(self, group: str) -> dict[str, Array]:
-        """Returns the numbers of a group by name: shape (runs,), or NaN.
+        """Returns the numbers of a group by name: shape (runs,), NaN for none.
 
         Args:
             group: "metrics", "cost" or "extras".
@@ -252,11 +249,11 @@ class RunTable(Sequence[RunRow]):
     def frame(
         self, *, by_behavior: bool = False, extras: bool = False
     ) -> pd.DataFrame:
-        """Returns the table as pandas has it: see `ReadRuns`.
+        """Returns the table in pandas: see `ReadRuns`.
 
         Args:
-            by_behavior: Makes a row for each behavior of each run instead.
-            extras: Whether there are also the columns of `extra_values`.
+            by_behavior: Whether to return a row for each behavior of each run.
+            extras: Whether to add the columns of `extra_values`.
         """
         seeds: Any = self.seeds
         if (seeds == _NO_SEED).any():
@@ -288,11 +285,11 @@ class RunTable(Sequence[RunRow]):
         return frame
 
     def _metrics(self, end_reasons: pd.Series) -> dict[str, Array]:
-        """Returns the metrics of all runs: who gives no result has failed."""
+        """Returns the metrics; runs without a result are not completed."""
         columns = self.columns("metrics")
         failed = end_reasons.isin(NO_RESULT).to_numpy()
         for name in RATES:
-            # Whoever asks for other metrics has none of it.
+            # Unless the scenarios do not compute it.
             if failed.any() and (name in columns or not columns):
                 told = columns.get(name, np.full(len(failed), np.nan))
                 columns[name] = np.where(failed, 0.0, told)
@@ -323,13 +320,13 @@ class RunTable(Sequence[RunRow]):
         return frame.reset_index(drop=True)
 
     def _keys(self) -> list[_Key]:
-        """Returns of what runs have numbers, as the first ones tell."""
+        """Returns the groups and names of all numbers, in order."""
         heads, first = np.unique(self._of_runs(self._head), return_index=True)
         shapes = (self._heads[i][1] for i in heads[np.argsort(first)])
         return list(dict.fromkeys(key for shape in shapes for key in shape))
 
     def _of_runs(self, values: Any) -> NDArray[Any]:
-        """Returns what is known of all runs, of those in the table."""
+        """Returns those of the values of all runs that are in the table."""
         found = np.array(values, dtype=getattr(values, "typecode", None))
         return found if self._chosen is None else found[self._chosen]
 

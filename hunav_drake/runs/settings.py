@@ -1,15 +1,15 @@
-"""Settings: what tells runs of one planner in one scenario apart."""
+"""Settings: names that distinguish runs of one planner in one scenario."""
 
 from collections.abc import Iterable
 import re
 
 import pandas as pd
 
-# Changes of a scenario that have columns of their own in the table of runs.
+# Changes of a scenario that have their own columns in the table of runs.
 _TOLD = ("planner.type", "planner.name", "simulation.seed")
 
-# The way to a key of a scenario, as in "planner.speed=0.3". A type says nothing
-# without what it is of: "robot.type=pmb2".
+# The path before a key of a scenario, as in "planner.speed=0.3". A type keeps
+# it: "robot.type=pmb2".
 _WAY = re.compile(
     r"[^\s;=,]*\.(?!type=)(?=[A-Za-z_][\w-]*(\[\d+\])*(\.type)?=)"
 )
@@ -18,8 +18,8 @@ _WAY = re.compile(
 def setting_text(changes: Iterable[str]) -> str:
     """Returns changes such as "planner.cruise_speed=0.3" as one text.
 
-    It is the same in any order; of those of one key the last one counts. What
-    chooses planner and seed is left out.
+    Their order does not matter; the last change of a key counts. Changes of
+    planner and seed are left out.
     """
     values = {}
     for change in changes:
@@ -30,9 +30,9 @@ def setting_text(changes: Iterable[str]) -> str:
 
 
 def short_settings(settings: Iterable[str]) -> dict[str, str]:
-    """Returns settings without the ways to their keys, by the settings.
+    """Returns settings without the paths of their keys, by the settings.
 
-    Where two of them would be the same then, they stay as they are.
+    If two of them would become equal, all stay as they are.
     """
     short = {text: _WAY.sub("", text) for text in settings}
     if len(set(short.values())) < len(short):
@@ -41,12 +41,12 @@ def short_settings(settings: Iterable[str]) -> dict[str, str]:
 
 
 def has_settings(runs: pd.DataFrame) -> bool:
-    """Tells whether a table of runs has any with a setting of its own."""
+    """Returns whether a run of a table has a setting."""
     return "setting" in runs and bool((runs["setting"] != "").any())
 
 
 def contenders(runs: pd.DataFrame) -> pd.Series:
-    """Returns who drives in each run, such as "pursuit, cruise_speed=0.3".
+    """Returns the contender of each run, such as "pursuit, cruise_speed=0.3".
 
     Runs have the same name exactly if planner and setting are the same.
 

@@ -1,12 +1,11 @@
-"""Statistics over runs: how good a planner is, and which one is better.
+"""Statistics over runs, and comparisons of planners.
 
-The tables of runs are those that `ReadRuns` gives: a row per run, with columns
-that tell it from others and a column per metric. What is NaN or infinite is no
-value: it is left out, and `n` tells how many are left. Runs that differ in the
-column `repetition` alone are no independent ones: their mean counts once. Nor
-are runs of which the column `drawn` tells that their seeds draw nothing: equal
-ones count once, whatever their seeds, and stand for every seed of the runs
-that they are compared with.
+The tables of runs are those of `ReadRuns`: a row per run, with columns that
+identify it and a column per metric. NaN and infinity are not values: they are
+left out, and `n` is the number of values. Runs that differ only in the column
+`repetition` are not independent: their mean counts once. Nor are runs whose
+seeds draw nothing, according to the column `drawn`: equal ones count once, and
+represent every seed of the runs that they are compared with.
 """
 
 from collections.abc import Hashable, Iterable
@@ -40,15 +39,15 @@ Names = str | Iterable[str]
 # Metrics that are 0 or 1, whose mean is a rate.
 RATES = ("completed",)
 
-# What counts the runs that do not arrive in; all other metrics of these are of
-# another way, or another time, than of those that do.
+# Metrics that include runs that do not arrive. All other metrics of such runs
+# are for another path, or another time.
 OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
 
-# What is less of a way that ends early.
+# Metrics that are smaller if a run ends early.
 _OF_THE_WAY = ("path_length", "cumulative_heading_changes")
 
-# With fewer pairs of runs than this none is called better: even if all of 5
-# point the same way, that happens by chance once in 16 times.
+# The smallest number of pairs to call one better: even if all of 5 pairs have
+# the same sign, this happens by chance once in 16 times.
 LEAST_PAIRS = 6
 
 
@@ -62,30 +61,27 @@ def summarize(
     seed: int = 0,
     bounded: bool = False,
 ) -> pd.DataFrame:
-    """Describes each metric over runs of a kind.
+    """Returns statistics of each metric over each kind of runs.
 
     Args:
         runs: A row per run.
-        by: The columns that tell the kinds of runs apart, () to take all
-            runs together; by default scenario, planner, and setting if any
-            run has one.
-        metrics: The columns to describe; by default all that have numbers and
-            are metrics.
-        rates: Those among them that are 0 or 1.
-        confidence: That of the intervals.
+        by: The columns that distinguish kinds of runs, () for one kind; by
+            default scenario, planner, and setting if a run has one.
+        metrics: The columns to describe; by default all numeric metrics.
+        rates: The metrics that are 0 or 1.
+        confidence: The confidence of the intervals.
         seed: The seed of the bootstrap.
-        bounded: Whether intervals end at the least and the largest value that
-            a metric can have; else they may reach below 0.
+        bounded: Whether intervals are limited to the possible values of a
+            metric; else they may reach below 0.
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
-        (runs, or seeds that are run several times, in which the metric has a
-        finite value), `mean`, `sd` (of the sample, dividing by n - 1),
-        `median`, and `low` and `high`: the
-        interval of the mean, `wilson_interval` for rates, else
-        `mean_interval`, and none of a run of which nothing is drawn; and
-        `arrived`: how many of the `n` reach the goal, NaN if that is not known.
-        What too few runs do not give is NaN.
+        (the number of runs, or of repeated seeds, with a finite value),
+        `mean`, `sd` (of the sample, dividing by n - 1), `median`, `low` and
+        `high` (the interval of the mean: `wilson_interval` for rates, else
+        `mean_interval`; NaN for one run of which nothing is drawn), and
+        `arrived`: how many of the `n` reach the goal, NaN if unknown.
+        Statistics that need more runs are NaN.
 
     Raises:
         ValueError: If a column is missing, there is nothing to describe, or
@@ -135,40 +131,39 @@ def compare(
     metrics: Names | None = None,
     confidence: float = 0.95,
 ) -> pd.DataFrame:
-    """Compares two planners, run by run, on the same seeds.
+    """Compares two planners on the same seeds.
 
-    Of many metrics that do not differ, 1 in 20 shows a difference all the
-    same at a confidence of 0.95: choose beforehand the ones that matter.
+    At a confidence of 0.95, 1 in 20 metrics without a true difference shows
+    one by chance: choose the metrics that matter in advance.
 
-    A run that does not reach the goal has a shorter way than it needs, and no
-    time. So where one of the two does not arrive in some pair, metrics are
-    compared in the pairs in which both do, but for those that tell how often.
+    A run that does not reach the goal has a shorter path, and no time to the
+    goal. So if one of the two does not arrive in some pair, only pairs in
+    which both arrive are compared, except for metrics of how often they do.
 
     Args:
         runs: A row per run.
-        a: What the runs of the one have in the column `on`.
-        b: What the runs of the other have in it.
-        on: The column that tells the two apart.
-        pair: The columns in which runs that belong together are equal.
-        by: The columns that tell kinds of runs apart.
-        metrics: The columns to compare; by default all that have numbers and
-            are metrics.
-        confidence: That of the intervals.
+        a: The value of the first planner in the column `on`.
+        b: The value of the second planner.
+        on: The column that distinguishes the two.
+        pair: The columns that are equal in the runs of a pair.
+        by: The columns that distinguish kinds of runs.
+        metrics: The columns to compare; by default all numeric metrics.
+        confidence: The confidence of the intervals.
 
     Returns:
         A row for each kind and metric, indexed by both, with the columns `n`
-        (pairs in which both have a finite value), `pairs` (which ones: "all"
-        or "both arrive"), `a` and `b` (the means over those pairs),
-        `difference` (b - a; rounding counts as 0), `sd` and `median` of the
-        differences, `low` and `high` (the interval of the mean difference,
+        (the number of pairs with two finite values), `pairs` ("all" or "both
+        arrive"), `a` and `b` (the means over those pairs), `difference` (b -
+        a; rounding errors count as 0), `sd` and `median` of the differences,
+        `low` and `high` (the interval of the mean difference:
         `paired_rate_interval` for `RATES`, else `mean_interval` over pairs),
         and `better`: a or b, if there are at least `LEAST_PAIRS` pairs, the
-        interval leaves out 0, and the metric says what is better; else None.
+        interval excludes 0, and the metric has a better direction; else None.
 
     Raises:
-        ValueError: If a column is missing, a and b are the same, a run comes
-            twice, no run of the one has its like among those of the other, or
-            `confidence` is not in (0, 1).
+        ValueError: If a column is missing, a and b are the same, a pair has
+            two runs of one planner, there are no pairs, or `confidence` is not
+            in (0, 1).
     """
     by, pair = _listed(by), _listed(pair)
     _check_confidence(confidence)
@@ -203,7 +198,7 @@ def compare(
 
 
 def early_mark(metric: str, described: pd.Series) -> str:
-    """Returns an asterisk if a mean is also of ways that end early.
+    """Returns an asterisk if a mean includes paths that end early.
 
     Args:
         metric: The metric.
@@ -214,11 +209,11 @@ def early_mark(metric: str, described: pd.Series) -> str:
 
 
 def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
-    """Returns the seeds in which all arrive; None where all count.
+    """Returns the seeds in which all planners arrive; None for all seeds.
 
     Args:
-        completed: Of each planner, how often it arrives in each seed, shape
-            (seeds,); NaN if that is not known, as without a goal.
+        completed: The rate of arrival of each planner in each seed, shape
+            (seeds,); NaN if unknown, as without a goal.
     """
     rates = np.array([np.asarray(it, dtype=float) for it in completed])
     fails: Mask = (np.isfinite(rates) & (rates != 1)).any(axis=0)
@@ -226,12 +221,12 @@ def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
 
 
 def _bare(runs: pd.DataFrame) -> pd.DataFrame:
-    """Returns a table without `attrs`, which pandas copies at every step."""
+    """Returns a table without `attrs`, which pandas would copy each time."""
     return pd.DataFrame(runs)
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:
-    """Returns the kinds of rows that columns tell apart, and their rows."""
+    """Returns the values of some columns, and the rows of each."""
     return table.groupby(by, sort=False, dropna=False) if by else [((), table)]
 
 
@@ -242,7 +237,7 @@ def _pairs(
     keys: list[str],
     names: list[str],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Returns the runs of both sides that belong together, row by row."""
+    """Returns the runs of both sides, paired row by row."""
     if sides[0] == sides[1]:
         raise ValueError(f"{sides[0]!r} cannot be compared with itself")
     tables = []
@@ -259,8 +254,8 @@ def _pairs(
             raise ValueError(
                 f"the {on} {shown(side)} has more than one run with"
                 f" {first}; name"
-                " the columns in which they differ in `pair`, or choose the"
-                " runs beforehand"
+                " the columns in which they differ in `pair`, or select runs"
+                " first"
             )
         tables.append(part)
     one = over_all_seeds(tables[0], tables[1], keys)
@@ -278,7 +273,7 @@ def _pairs(
 def _describe_pairs(
     x: Array, y: Array, is_rate: bool, confidence: float
 ) -> dict[str, Any]:
-    """Returns what is told of a metric over pairs of runs."""
+    """Returns the statistics of a metric over pairs of runs."""
     both = np.isfinite(x) & np.isfinite(y)
     x, y = x[both], y[both]
     gaps = np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
@@ -299,7 +294,7 @@ def _describe_pairs(
 
 
 def _better(direction: str, row: dict[str, Any]) -> str:
-    """Returns which of "a" and "b" is better; nothing if neither is."""
+    """Returns which of "a" and "b" is better; "" if neither is."""
     if direction == "none" or row["n"] < LEAST_PAIRS:
         return ""
     # The difference is b - a.

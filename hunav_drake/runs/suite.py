@@ -1,4 +1,4 @@
-"""What a suite is: scenarios, planners, settings and seeds."""
+"""The schema of a suite: scenarios, planners, settings and seeds."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -43,8 +43,8 @@ def _check_seeds(value: Any) -> int | list[int]:
             return value
     raise PydanticCustomError(
         "rule",
-        "must be how many seeds there are, from 1 to {most}, or a list of"
-        " different seeds, from 0 on, got {value}",
+        "must be the number of seeds, from 1 to {most}, or a list of different"
+        " seeds, from 0 on, got {value}",
         {"most": MAX_SEEDS, "value": shown(value)},
     )
 
@@ -62,8 +62,8 @@ def _check_label(value: dict[str, Any]) -> dict[str, Any]:
     return value
 
 
-# A planner: its name, or a mapping of its `type` and parameters; `label` names
-# it in tables.
+# A planner: its name, or a mapping of its `type` and parameters; `label` is its
+# name in tables.
 PlannerChoice = (
     StrictStr | Annotated[dict[str, Any], AfterValidator(_check_label)]
 )
@@ -72,16 +72,16 @@ PlannerChoice = (
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Until:
-    """When a cell has runs enough: once a mean is known well enough."""
+    """Stopping rule: a cell has enough runs once a mean is precise enough."""
 
     metric: Name
-    """The metric whose mean is to be known."""
+    """The metric whose mean counts."""
 
     half_width: Annotated[StrictFloat, within(0, low_open=True)]
-    """Half the width of its interval of 95 %, in the unit of the metric."""
+    """The largest half width of its 95 % interval, in the metric's unit."""
 
     least: Annotated[Integer, Field(ge=3, le=MAX_SEEDS)] = 6
-    """How many seeds there are at least: an interval of few says little."""
+    """The smallest number of seeds: intervals of fewer are unreliable."""
 
 
 def _check_formula(value: str) -> str:
@@ -94,28 +94,28 @@ def _check_formula(value: str) -> str:
     return value
 
 
-# How sure it is that a relation should hold.
+# The certainty that a relation should hold.
 Strength = Literal["strong", "medium", "weak"]
 
 
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Relation:
-    """What the means of planners should be, one against the other."""
+    """An expected relation between the means of planners."""
 
     number: Annotated[Integer, Field(ge=0)] = 0
-    """What it is called in lists."""
+    """The number of the relation in lists."""
 
     scenarios: Annotated[list[Name], Field(min_length=1)]
-    """Where it applies. With several scenarios, names of planners in the
-    formula are those of planner and scenario, as in dwb_passing."""
+    """The scenarios. With several scenarios, names in the formula consist of
+    planner and scenario, as in dwb_passing."""
 
     metric: Name
     """The metric."""
 
     by: Literal["planner", "behavior", "both"] = "planner"
-    """What the names in the formula are: planners; behaviors, for which it is
-    to hold with every planner in each scenario; or both, as in dwb_curious, in
+    """The names in the formula: `planner`; `behavior`, and the formula must
+    hold for every planner in each scenario; or `both`, as in dwb_curious, in
     each scenario."""
 
     holds: Annotated[StrictStr, AfterValidator(_check_formula)]
@@ -123,63 +123,63 @@ class Relation:
     and `not`: sfw >= 1.15 * dwb and scl < sfw."""
 
     strength: Strength = "medium"
-    """How sure it is that the relation should hold."""
+    """The certainty that the relation should hold."""
 
 
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Suite:
-    """Trials to compare planners by: each scenario with each planner.
+    """Trials to compare planners: each scenario with each planner.
 
     A cell is a scenario, a planner and a setting; it is run with each seed.
     """
 
     name: Annotated[FileName, Field(min_length=1)] = "suite"
-    """What the suite is called; its folder of results is called so, too."""
+    """Name of the suite and of its folder of results."""
 
     description: StrictStr = ""
-    """One line on what the suite compares."""
+    """Purpose of the suite, in one line."""
 
     version: Name = "1"
-    """Which of several suites of that name this is. Results tell it."""
+    """Version of the suite, which is part of the results."""
 
     scenarios: Annotated[list[StrictStr], Field(min_length=1)]
-    """Names of shipped scenarios, or files. Paths start at the suite's file."""
+    """Shipped scenarios by name, or files, relative to the suite's file."""
 
     planners: list[PlannerChoice] = field(default_factory=list)
-    """Planners: names, or mappings as in a scenario, {type: dwb, ...}, to which
-    a `label` may be added; by default that of each scenario."""
+    """Planners: names, or mappings as in a scenario, {type: dwb, ...}, perhaps
+    with a `label`; by default the planner of each scenario."""
 
     settings: dict[Name, list[StrictStr]] = field(default_factory=dict)
-    """Settings by name, each a list of changes, as those of --set; by default
-    one without changes."""
+    """Settings by name, each with a list of changes as for --set; by default
+    one setting without changes."""
 
     overrides: list[StrictStr] = field(default_factory=list)
-    """Changes for all runs, as those of --set."""
+    """Changes for all runs, as for --set."""
 
     seeds: Seeds = 10
-    """The seeds, or how many: n means 0 to n - 1. With `until`, the most. Where
-    they draw nothing, a cell is run with the first one alone."""
+    """The seeds, or their number: n means 0 to n - 1. With `until`, the
+    maximum. If seeds draw nothing, a cell is run only with the first one."""
 
     seeds_of: dict[Name, Seeds] = field(default_factory=dict)
-    """The same for single scenarios, by name, instead of the above."""
+    """Seeds of single scenarios, by name, instead of `seeds`."""
 
     repetitions: Annotated[Integer, Field(ge=1, le=1000)] = 1
-    """How often each seed is run: more than once only shows whether a planner
-    of one's own repeats itself. The mean of a seed counts once. Where seeds
+    """Number of runs for each seed; more than one only shows whether a user's
+    planner is deterministic. The mean over repetitions counts once. If seeds
     draw nothing, planners of the package are run once."""
 
     until: Until | None = None
-    """When a cell has enough runs; by default it has all seeds."""
+    """Stopping rule for a cell; by default it is run with all seeds."""
 
     relations: list[Relation] = field(default_factory=list)
-    """What the means should be, one against the other."""
+    """Expected relations between means."""
 
     identities: StrictBool = False
-    """Whether to test what holds in every run of the paper's experiment."""
+    """Whether to test identities that hold in the paper's experiment."""
 
     def seed_list(self, scenario: str) -> list[int]:
-        """Returns the seeds of a scenario one by one."""
+        """Returns the seeds of a scenario."""
         seeds = self.seeds_of.get(scenario)
         if seeds is None:
             seeds = self.seeds
@@ -187,7 +187,7 @@ class Suite:
 
 
 def planner_overrides(choice: PlannerChoice) -> tuple[str, Mapping[str, Any]]:
-    """Returns the label of a planner, and its keys as in a scenario."""
+    """Returns the label of a planner, and its keys for a scenario."""
     if isinstance(choice, str):
         return choice, {TAG: choice}
     keys = dict(with_tag("planner", choice))

@@ -1,4 +1,4 @@
-"""Whether the names in a suite are names of something."""
+"""Checks of the names in a suite."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
@@ -24,9 +24,9 @@ _EXTRAS = re.compile(
 
 
 def formula_findings(suite: Suite) -> Iterator[Finding]:
-    """Yields what formulas about planners call by no name of one planner.
+    """Yields names in formulas about planners that are unknown or ambiguous.
 
-    Planners that are registered are known, also where a suite lacks them: then
+    Registered planners are known even if the suite does not have them: then
     its relations are not tested.
     """
     planners = _known_planners(suite)
@@ -39,13 +39,13 @@ def formula_findings(suite: Suite) -> Iterator[Finding]:
 
 
 def name_faults(suite: Suite, scenarios: Sequence[Scenario]) -> Iterator[Fault]:
-    """Yields the names of scenarios, metrics and behaviors that nothing has.
+    """Yields unknown names of scenarios, metrics and behaviors.
 
-    What is shipped is known, also where a suite lacks it.
+    Shipped ones are known even if the suite does not have them.
 
     Args:
         suite: The suite.
-        scenarios: Those of its cells.
+        scenarios: The scenarios of its cells.
     """
     by_name = {scenario.name: scenario for scenario in scenarios}
     valid = list(dict.fromkeys([*by_name, *shipped_names()]))
@@ -55,7 +55,7 @@ def name_faults(suite: Suite, scenarios: Sequence[Scenario]) -> Iterator[Fault]:
     if suite.until:
         for told in _metric_faults(suite.until.metric, by_name.values()):
             yield _fault("until.metric", told)
-    # In a file they are found as it is read; here is any suite.
+    # LoadSuite has checked those of a file, but not of other suites.
     for found in formula_findings(suite):
         yield _fault(f"relations[{found.loc[1]}].holds", found.message)
     planners = _known_planners(suite)
@@ -90,7 +90,7 @@ def _known_planners(suite: Suite) -> list[str]:
 
 
 def _with_shipped(own: Iterable[str], shipped: Iterable[str]) -> list[str]:
-    """Returns labels, and others that formulas call by none of their names."""
+    """Returns labels, and shipped ones with other names in formulas."""
     own = list(dict.fromkeys(own))
     names = set(map(formula_name, own))
     return [*own, *(it for it in shipped if formula_name(it) not in names)]
@@ -99,12 +99,12 @@ def _with_shipped(own: Iterable[str], shipped: Iterable[str]) -> list[str]:
 def _formula_faults(
     kind: str, formula: str, parts: Iterable[Iterable[str]]
 ) -> Iterator[str]:
-    """Yields what a formula calls by a name of nothing, or of several.
+    """Yields names in a formula that are unknown or ambiguous.
 
     Args:
-        kind: What it is about.
+        kind: What the names are of, for the message.
         formula: The formula.
-        parts: Of what its names are made: one of each, in this order.
+        parts: The parts of its names: one of each, in this order.
     """
     called: dict[str, list[str]] = {}
     for place in dict.fromkeys(product(*parts)):
@@ -117,15 +117,15 @@ def _formula_faults(
         told = _unknown(kind, name, called)
         if meant:
             told = (
-                f"{shown(name)} is what formulas call"
-                f" {' and '.join(map(shown, meant))}; give each a label of"
-                " other letters or digits"
+                f"{shown(name)} is the name in formulas of"
+                f" {' and '.join(map(shown, meant))}; give them labels that"
+                " differ in letters or digits"
             )
         yield f"{told}, in {formula!r:.80}"
 
 
 def _metric_faults(name: str, scenarios: Iterable[Scenario]) -> Iterator[str]:
-    """Yields why a metric is unknown where it is to be."""
+    """Yields a message if a metric is unknown, or not computed."""
     if name not in METRICS:
         near = did_you_mean(name, METRICS) or "; see `hunav metrics`"
         yield f"there is no metric {shown(name)}{near}"

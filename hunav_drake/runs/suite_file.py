@@ -23,7 +23,7 @@ from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 
 
 def ListSuites() -> dict[str, str]:
-    """Returns the names of the shipped suites with their descriptions."""
+    """Returns the names and descriptions of the shipped suites."""
     return {
         name: LoadSuite(filename=name).description for name in _shipped_names()
     }
@@ -36,18 +36,16 @@ def LoadSuite(
 
     Args:
         filename: A file, or the name of a shipped suite, such as "paper".
-        data: The text of a file, instead of a file.
+        data: The text of a suite, instead of a file.
 
     Raises:
         ScenarioError: If it cannot be read or does not fit the schema; it
-            lists all faults with their places. What its scenarios say is
-            checked when it is run.
+            lists all faults with their places. Its scenarios are checked when
+            it is run.
         ValueError: If not exactly one of `filename` and `data` is given.
     """
     if (filename is None) == (data is None):
-        raise ValueError(
-            "LoadSuite() takes either filename or data, and one of them"
-        )
+        raise ValueError("LoadSuite() takes exactly one of filename and data")
     document = (
         _read(filename) if filename else parse_yaml(data or "", name="data")
     )
@@ -68,7 +66,7 @@ def _shipped_names() -> list[str]:
 
 
 def _read(filename: str | Path) -> YamlDocument:
-    """Reads a file, or else the shipped suite of that name."""
+    """Reads a file, or the shipped suite of that name."""
     names = _shipped_names()
     if Path(filename).is_file():
         return read_yaml(filename)

@@ -1,4 +1,4 @@
-"""What a suite has given: tables of runs, and their statistics."""
+"""The result of a suite: tables of runs, and their statistics."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -20,13 +20,13 @@ KEYS = ("scenario", "planner", "setting")
 
 
 class SuiteResult:
-    """The runs of a suite that have ended, in the order of the suite.
+    """The finished runs of a suite, in the order of the suite.
 
     Attributes:
-        suite: What was run.
+        suite: The suite.
         cells: Its cells.
-        rows: A row per run; they are made as they are asked for.
-        folder: Where it is kept, if anywhere.
+        rows: A row per run; rows are created on access.
+        folder: The folder of the results, if there is one.
     """
 
     def __init__(
@@ -45,36 +45,32 @@ class SuiteResult:
 
     @property
     def code_sha256(self) -> str:
-        """The hash of the code that has run it; empty if nothing was run."""
+        """The hash of the code that ran it; empty if there are no runs."""
         return self.rows[0].code_sha256 if len(self.rows) else ""
 
     @property
     def failures(self) -> list[RunRow]:
-        """The runs that gave no result."""
+        """The failed runs."""
         reasons = self.rows.texts("end_reason")
         return [self.rows[i] for i, it in enumerate(reasons) if it in FAILED]
 
     def runs(
         self, *, by_behavior: bool = False, extras: bool = False
     ) -> pd.DataFrame:
-        """Returns a row per run.
+        """Returns the table of `ReadRuns`, in the order of the suite.
 
         Args:
-            by_behavior: Returns one for each behavior instead, with the
-                metrics as if only the people of that behavior were there.
-            extras: Whether there are also the columns of `extra_values`.
-
-        Returns:
-            The table that `ReadRuns` makes of the folder, in the order of the
-            suite.
+            by_behavior: Whether to return a row for each behavior of each run,
+                with the metrics as if only the people of that behavior existed.
+            extras: Whether to add the columns of `extra_values`.
         """
         return self.rows.frame(by_behavior=by_behavior, extras=extras)
 
     def costs(self) -> pd.DataFrame:
-        """Returns what each run cost: columns in seconds.
+        """Returns the computing time of each run, in seconds.
 
-        "wall" and "cpu" are of the whole run, "cycle_median" and "cycle_p95"
-        of the cycles of its planner.
+        The columns "wall" and "cpu" are for the whole run, "cycle_median" and
+        "cycle_p95" for the cycles of its planner.
         """
         runs = self.runs()
         return runs[[*KEYS, "seed", "end_time"]].assign(
@@ -86,9 +82,9 @@ class SuiteResult:
         return count_outcomes(self.runs(), KEYS)
 
     def same_seeds(self) -> list[str]:
-        """Returns of which cells all seeds are one trial, and what to do.
+        """Returns notes on cells in which all seeds give the same trial.
 
-        Scenarios and settings that say the same are one line.
+        Scenarios and settings with the same note share a line.
         """
         places: dict[str, dict[str, None]] = {}
         for cell in self.cells:
@@ -99,14 +95,15 @@ class SuiteResult:
                 places.setdefault(cell.how_to_draw, {})[place] = None
         return [
             f"{', '.join(names)}: nothing is drawn, all seeds give the same"
-            f" trial, so there is one (n = 1, no interval); for others, {how}"
+            " trial, so only one is run (n = 1, no interval); for different"
+            f" trials, {how}"
             for how, names in places.items()
         ]
 
     def summary(self) -> pd.DataFrame:
         """Returns the statistics of each metric in each cell: `summarize`.
 
-        It is empty if no run has given a result.
+        It is empty if no run has a result.
         """
         runs = self.runs()
         names = [name for name in runs.columns if name in METRICS]

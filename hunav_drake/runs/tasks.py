@@ -1,4 +1,4 @@
-"""Tasks of workers: runs of one cell, one seed after the other."""
+"""Tasks of workers: runs of one cell, one seed after another."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -13,11 +13,15 @@ import numpy as np
 
 from hunav_drake.runs.cells import Cell, cell_sha256
 from hunav_drake.runs.code_hash import CodeHashes, code_sha256, hash_of_all
-from hunav_drake.runs.extras import extra_values
 from hunav_drake.runs.run_row import ERROR, RunRow, make_row
 from hunav_drake.systems.common.input_error import InputError
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.user_code import fault_of_user_code, import_user_code
+
+# The personal space of a person, in meters (Hall 1966).
+_NEAR = 1.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +31,8 @@ class Task:
     Attributes:
         cell: The cell.
         runs: Pairs of a seed and a repetition.
-        keep: The seed of which the recording comes with the row, if any.
-        code: The hashes of the code that is to run them.
+        keep: The seed whose recording is returned with the row, if any.
+        code: The expected hashes of the code.
         imports: Modules and files of the user that the worker imports first.
     """
 
@@ -39,15 +43,15 @@ class Task:
     imports: tuple[str, ...] = ()
 
     def one(self, seed: int, repetition: int) -> Self:
-        """Returns the task of one of its runs."""
+        """Returns a task with one of its runs."""
         return replace(self, runs=((seed, repetition),))
 
 
 class UnfitWorkerError(RuntimeError):
-    """A worker would give other results than the driver, or none."""
+    """A worker cannot give the same results as the driver."""
 
 
-# The last cell of this thread, for the next of its tasks.
+# The last cell of this thread, which its next task may reuse.
 _last = threading.local()
 
 _imported: set[str] = set()
@@ -55,11 +59,11 @@ _importing = threading.Lock()
 
 
 def do_task(task: Task) -> list[RunRow]:
-    """Runs the trials of a task; what fails becomes a row that says why.
+    """Runs the trials of a task; the row of a failed one has the reason.
 
     Raises:
-        UnfitWorkerError: If versions, code or behavior trees are not those of
-            the driver, or user code cannot be imported here.
+        UnfitWorkerError: If versions, code or behavior trees differ from the
+            driver's, or user code cannot be imported here.
     """
     _import(task.imports)
     _check_version(task)
@@ -67,7 +71,7 @@ def do_task(task: Task) -> list[RunRow]:
 
 
 def warm_up(texts: Iterable[str]) -> None:
-    """Compiles what trials need, and writes it to the cache on disk."""
+    """Compiles the kernels of scenarios, and caches them on disk."""
     from hunav_drake.scenario import LoadScenario
     from hunav_drake.trial.diagram import MakeTrialDiagram
     from hunav_drake.trial.simulation import MakeTrialSimulator
@@ -102,12 +106,48 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
     is_kept = task.keep == seed and repetition == 0
     return make_row(result)._replace(
         **_about(task, seed, repetition),
-        # Its cell tells.
+        # The provenance is in its cell.
         provenance={},
         cost=cost,
         extras=extra_values(result.recording),
         recording=result.recording if is_kept else None,
     )
+
+
+def extra_values(recording: Recording) -> dict[str, float]:
+    """Returns further numbers of a recording, by name; NaN for no value.
+
+    "lowest_speed_near_people": the lowest speed of the robot while a person is
+    within 1.2 m, from surface to surface, in m/s. "cruising_speed": the median
+    speed of the robot between samples, in m/s. "walked_per_person": the mean
+    length of a person's path, in meters. "min_dist_to_person_1", ...: the
+    smallest distance between the surfaces of the robot and each person, in
+    meters.
+    """
+    robot, people = recording.robot, recording.humans
+    offsets = people[:, :, [X, Y]] - robot[:, None, [X, Y]]
+    gaps = (
+        np.hypot(offsets[..., 0], offsets[..., 1])
+        - robot[:, None, RADIUS]
+        - people[:, :, RADIUS]
+    )
+    speeds = np.hypot(robot[:, VX], robot[:, VY])
+    way = np.hypot(*np.diff(robot[:, [X, Y]], axis=0).T)
+    paces = way / np.diff(recording.times)
+    near = (gaps < _NEAR).any(axis=1)
+    steps = np.diff(people[:, :, [X, Y]], axis=0)
+    walked = np.nansum(np.hypot(steps[..., 0], steps[..., 1]), axis=0)
+    values = {
+        "cruising_speed": np.median(paces) if len(paces) else None,
+        "lowest_speed_near_people": speeds[near].min() if near.any() else None,
+        "walked_per_person": walked.mean() if walked.size else None,
+    }
+    for i, gap in enumerate(gaps.T, start=1):
+        present = gap[np.isfinite(gap)]
+        values[f"min_dist_to_person_{i}"] = (
+            max(float(present.min()), 0.0) if present.size else None
+        )
+    return {k: math.nan if v is None else float(v) for k, v in values.items()}
 
 
 def failed_row(
@@ -117,7 +157,7 @@ def failed_row(
     reason: str,
     end_reason: Literal["error", "worker_died"] = ERROR,
 ) -> RunRow:
-    """Returns the row of a run that has given no result."""
+    """Returns the row of a run without a result."""
     return RunRow(
         **_about(task, seed, repetition),
         end_reason=end_reason,
@@ -129,7 +169,7 @@ def failed_row(
 
 
 def _about(task: Task, seed: int, repetition: int) -> dict[str, Any]:
-    """Returns what tells a run of a suite from others."""
+    """Returns the fields that identify a run of a suite."""
     cell = task.cell
     return {
         "scenario": cell.scenario,
@@ -144,9 +184,9 @@ def _about(task: Task, seed: int, repetition: int) -> dict[str, Any]:
 
 
 def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
-    """Returns the scenario and the diagram, made once for all its seeds.
+    """Returns the scenario and the diagram, which its seeds share.
 
-    Of people whom each seed draws anew, it is made for each.
+    If each seed draws its own people, each seed needs its own diagram.
     """
     from hunav_drake.scenario import LoadScenario
     from hunav_drake.scenario.population import people_seed
@@ -168,7 +208,7 @@ def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
 
 
 def _import(names: Iterable[str]) -> None:
-    """Imports what this process has not imported yet."""
+    """Imports the modules that this process has not imported yet."""
     with _importing:
         new = [name for name in names if name not in _imported]
         try:
@@ -186,13 +226,13 @@ def _loaded(text: str) -> Any:
 
 
 def _sha256_here(text: str) -> str:
-    """Returns the hash of a cell; the files that it names may change."""
+    """Returns the hash of a cell with the current files that it names."""
     return cell_sha256(text, _loaded(text))
 
 
 @functools.lru_cache(maxsize=64)
 def _has_code(name: str, sha256: str) -> bool:
-    """Returns whether code is here what it is where the suite is."""
+    """Returns whether the code here is that of the driver."""
     try:
         return code_sha256(name) == sha256
     except (OSError, ImportError):
@@ -200,27 +240,27 @@ def _has_code(name: str, sha256: str) -> bool:
 
 
 def _check_version(task: Task) -> None:
-    """Holds that runs follow from the same here as where the suite is."""
+    """Checks that code, versions and files are those of the driver."""
     for name, sha256 in task.code:
         if not _has_code(name, sha256):
             raise UnfitWorkerError(
-                f"{_place()}: has other code of {name} than the suite: it was"
-                " changed meanwhile, or differs there; install the same on all"
-                " workers, and start the suite again"
+                f"{_place()}: has other code of {name} than the suite: the"
+                " code was changed during the suite, or differs there; install"
+                " the same on all workers, and start the suite again"
             )
     try:
         here = _sha256_here(task.cell.text)
     except Exception as error:
-        # Of its own runs, this is told by the rows.
+        # The rows of its runs will have the error.
         if not isinstance(error, ImportError):
             return
         raise UnfitWorkerError(f"{_place()}: {error}") from None
     if here != task.cell.sha256:
-        told = ", ".join(f"{k} {v}" for k, v in program_versions().items())
+        versions = ", ".join(f"{k} {v}" for k, v in program_versions().items())
         raise UnfitWorkerError(
             f"{_place()}: has other versions, behavior trees or files than the"
-            f" suite ({told}): install the same on all workers; if a map or a"
-            " model was changed meanwhile, start the suite again"
+            f" suite ({versions}): install the same on all workers; if a map or"
+            " a model was changed during the suite, start the suite again"
         )
 
 

@@ -1,4 +1,4 @@
-"""Reads recordings from tables with a row per body and sample."""
+"""Reads recordings from tables with a row per agent and sample."""
 
 from array import array
 from collections.abc import Iterator
@@ -30,28 +30,28 @@ ROBOT = "robot"
 _NEEDED = ("time", "agent", "x", "y")
 _TEXTS = ("agent", "behavior")
 _WHOLE = ("group_id", "behavior_status")
-# What does not change of a person, and what a recording calls it.
+# Columns that are constant for each person, and their names in a recording.
 _CONSTANTS = {"behavior": "behaviors", "group_id": "group_ids"}
 _COLUMNS = ("time", "agent", *STATE_FIELDS, *_WHOLE, "behavior")
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
-# The radius of a body that has none in the table, in meters.
+# The default radius, in meters.
 _RADIUS = 0.35
 
-# Times that are no farther apart are one, in seconds: clocks of different
-# bodies, which add up their steps, differ by rounding.
+# Times that differ by at most this, in seconds, are the same: the clocks of
+# different agents differ by rounding.
 _SAME_TIME = 1e-6
 
-# Below this speed a body keeps its heading, in m/s.
+# Below this speed an agent keeps its heading, in m/s.
 _STILL = 0.01
 
 
 def parse_csv(text: str) -> Recording:
-    """Makes a recording of a table with a header: see `ReadRecording`.
+    """Returns the recording of a table with a header: see `ReadRecording`.
 
     Raises:
-        ValueError: If it is not such a table. The text names the line.
+        ValueError: If the table is not valid. The message names the line.
     """
     table = _read_table(text)
     times, sample = _merge_times(table["time"].to_numpy())
@@ -87,14 +87,14 @@ def parse_csv(text: str) -> Recording:
 
 
 def _merge_times(times: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Returns the instants of all rows, and the instant of each row."""
+    """Returns the distinct times, and the index of each row's time."""
     instants, which = np.unique(times, return_inverse=True)
     new = np.diff(instants, prepend=-np.inf) > _SAME_TIME
     return instants[new], (np.cumsum(new) - 1)[which]
 
 
 def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
-    """Returns what a column tells of a person, which must not change."""
+    """Returns the value of a column for a person, which must be constant."""
     cells = table.loc[table["agent"] == agent, column]
     first = cells.iloc[0]
     others = cells[cells != first]
@@ -109,11 +109,11 @@ def _constant(table: pd.DataFrame, column: str, agent: str) -> Any:
 
 
 def _read_table(text: str) -> pd.DataFrame:
-    """Returns the columns by name; the index is the line of each row."""
+    """Returns the table; its index is the line of each row."""
     reader = _rows(text)
     _, header = next(reader)
     _check_header(header)
-    # Cells take far more memory as they are than as numbers.
+    # Text takes much more memory than numbers.
     lines = array("q")
     columns: list[Any] = [
         [] if name in _TEXTS else array("d") for name in header
@@ -146,7 +146,7 @@ def _read_table(text: str) -> pd.DataFrame:
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yields the header and the rows, with the lines where they end."""
+    """Yields the header and the rows, each with its last line number."""
     header_line = text.split("\n", 1)[0]
     reader = csv.reader(
         (it[0] for it in _LINE.finditer(text)),
@@ -175,7 +175,7 @@ def _check_header(header: list[str]) -> None:
             raise ValueError(f"line 1: the table has no column {name!r}")
     for i, name in enumerate(header):
         if name in header[:i]:
-            raise ValueError(f"line 1: the column {shown(name)} comes twice")
+            raise ValueError(f"line 1: there are two columns {shown(name)}")
         if name not in _COLUMNS:
             near = nearest(name, _COLUMNS)
             raise ValueError(
@@ -186,7 +186,7 @@ def _check_header(header: list[str]) -> None:
 
 
 def _rule(name: str, values: Array) -> tuple[NDArray[np.bool_], str]:
-    """Returns which numbers of a column are sound, and what all must be."""
+    """Returns which numbers of a column are valid, and the rule in words."""
     good = np.abs(values) <= LARGEST
     what = f"a finite number, at most {LARGEST:g} in size"
     if name in _WHOLE:
@@ -208,7 +208,7 @@ def _number(cell: str) -> float:
 def _check_rows(
     times: Array, sample: NDArray[np.intp], agent: pd.Series
 ) -> None:
-    """Checks that bodies have one row at a time, and the robot has all."""
+    """Checks that no agent has two rows at a time, and the robot has all."""
     keys = pd.DataFrame({"sample": sample, "agent": agent})
     twice = keys.duplicated()
     if twice.any():
@@ -228,12 +228,12 @@ def _check_rows(
 
 
 def _complete(times: Array, states: Array, missing: set[str]) -> None:
-    """Works out the missing fields of a body, in place.
+    """Computes the missing fields of an agent's states (N + 1, 7), in place.
 
-    The states (N + 1, 7) are NaN at all samples at which it is missing.
+    The states are NaN while the agent is absent.
     """
     there = np.flatnonzero(~np.isnan(states[:, X]))
-    # Nothing is known of the time in which it is away.
+    # No derivatives across times of absence.
     for part in np.split(there, np.flatnonzero(np.diff(there) > 1) + 1):
         t = times[part]
         for field, velocity, position in (("vx", VX, X), ("vy", VY, Y)):
@@ -248,7 +248,7 @@ def _complete(times: Array, states: Array, missing: set[str]) -> None:
 
 
 def _check_speeds(times: Array, states: Array, agent: str) -> None:
-    """Refuses speeds, worked out of positions, that are too large."""
+    """Refuses speeds that were computed from positions and are too large."""
     bad = np.argwhere(np.abs(states) > LARGEST)
     if len(bad):
         k, column = bad[0].tolist()
@@ -268,7 +268,7 @@ def _slope(times: Array, values: Array) -> Array:
 
 
 def _headings(velocities: Array) -> Array:
-    """Returns the directions of velocities (m, 2), held while at rest."""
+    """Returns the directions of velocities (m, 2), constant while at rest."""
     vx, vy = velocities.T
     known = np.where(np.hypot(vx, vy) >= _STILL, np.arctan2(vy, vx), np.nan)
     headings: Array = pd.Series(known).ffill().bfill().fillna(0.0).to_numpy()

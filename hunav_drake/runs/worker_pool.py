@@ -1,4 +1,4 @@
-"""Who runs tasks: worker processes, or this one."""
+"""Executors of tasks: worker processes, or this process."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
@@ -20,7 +20,7 @@ from hunav_drake.trial.user_code import import_user_code
 
 
 class InlineExecutor(Executor):
-    """Runs each task when it is given out, in this process."""
+    """Runs each task in this process, when it is submitted."""
 
     def __init__(self, imports: Sequence[str] = ()) -> None:
         """Imports modules of the user."""
@@ -39,24 +39,24 @@ class InlineExecutor(Executor):
 
 
 class WorkerPool(Executor):
-    """Worker processes; when one dies, they all are started anew.
+    """Worker processes; if one dies, all are started again.
 
-    As a context manager it waits for what they do, but not if the block ends
-    with an exception, such as KeyboardInterrupt: they end at once then.
+    As a context manager it waits for running tasks, except if the block ends
+    with an exception, such as KeyboardInterrupt: then they end at once.
     """
 
     def __init__(self, workers: int, imports: Sequence[str] = ()) -> None:
-        """Prepares so many processes, which begin with the first tasks."""
+        """Prepares the processes, which start with the first tasks."""
         self._workers = workers
         self._imports = tuple(imports)
-        # Drake has threads, which a forked process would lack.
+        # A forked process would not have Drake's threads.
         self._spawning = multiprocessing.get_context("spawn")
-        # Workers end when the other end of this is closed.
+        # Workers end when the other end of this pipe is closed.
         self._told, self._leash = self._spawning.Pipe(duplex=False)
         self._pool = self._start()
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Ends the workers, if by an exception before they are done."""
+        """Ends the workers; after an exception, at once."""
         if kind is not None:
             self._leash.close()
         self.shutdown()
@@ -76,7 +76,7 @@ class WorkerPool(Executor):
     def shutdown(
         self, wait: bool = True, *, cancel_futures: bool = False
     ) -> None:
-        """Ends the workers; what was not begun is not."""
+        """Ends the workers; tasks that have not started are cancelled."""
         self._pool.shutdown(wait=wait, cancel_futures=True)
 
     def _start(self) -> ProcessPoolExecutor:
@@ -88,8 +88,7 @@ class WorkerPool(Executor):
 def _prepare(imports: Sequence[str], leash: Connection) -> None:
     """Prepares a worker.
 
-    It ends with its driver, however that ends, or when that closes the other
-    end of the leash.
+    It ends when its driver ends, for any reason, or closes the leash.
     """
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -102,7 +101,7 @@ def _prepare(imports: Sequence[str], leash: Connection) -> None:
 
         threading.Thread(target=end_with_driver, daemon=True).start()
     _ignore_interrupts()
-    # Each worker has a processor; more threads would only be in the way.
+    # Each worker has one processor, so more threads do not help.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     import_user_code(imports)
@@ -110,8 +109,8 @@ def _prepare(imports: Sequence[str], leash: Connection) -> None:
 
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Holds Ctrl-C back, also in processes that are started meanwhile."""
-    # It lets Ctrl-C through as it starts, so that comes first.
+    """Blocks Ctrl-C, also in processes that are started in the block."""
+    # The tracker unblocks Ctrl-C when it starts, so it starts first.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -121,6 +120,6 @@ def _interrupts_held() -> Iterator[None]:
 
 
 def _ignore_interrupts() -> None:
-    """Leaves Ctrl-C, which all processes of a terminal get, to the driver."""
+    """Ignores Ctrl-C, which all processes of a terminal get."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

@@ -69,7 +69,7 @@ def test_broken_text_is_told_and_the_map_kept(open_editor):
     editor.expect(editor.page.locator(".map .person")).to_have_count(2)
     # Edits on the map wait.
     editor.drag((-3, 0), (-2, 1))
-    editor.page.locator(".toast", has_text="mend it first").wait_for()
+    editor.page.locator(".toast", has_text="fix it first").wait_for()
     assert at(editor.session.data, ["humans", 0, "pose"]) == [-3, 0, 0]
     area.fill(SMALL)
     banner.wait_for(state="hidden")
@@ -225,7 +225,7 @@ def test_what_was_not_saved_outlives_the_server(open_editor, tmp_path):
     assert editor.server.page.port == port
     assert editor.session.text == SMALL
     dialog = editor.page.locator("dialog[open]")
-    editor.expect(dialog).to_contain_text("not saved")
+    editor.expect(dialog).to_contain_text("unsaved changes")
     # Whoever does not answer is asked again.
     editor.page.reload()
     dialog.get_by_role("button", name="Restore").click()

@@ -167,7 +167,7 @@ def test_a_map_of_ros_lies_in_its_place_and_is_traced(open_editor, tmp_path):
     high = editor.world(box["x"] + box["width"], box["y"])
     assert near(low, (-1, 0), 0.02)
     assert near(high, (2, 2), 0.02)
-    editor.page.get_by_role("button", name="Make walls").click()
+    editor.page.get_by_role("button", name="Convert dark").click()
     editor.wait(lambda it: it.data.get("world", {}).get("walls"))
     (wall,) = editor.session.data["world"]["walls"]
     xs, ys = zip(*wall["points"], strict=True)

@@ -87,7 +87,7 @@ def test_cells_whose_files_would_be_one_are_refused():
         {"type": "pursuit", "cruise_speed": 0.4, "label": "a_B"},
     ]
     suite = LoadSuite(data=yaml.dump({**SUITE, "planners": planners}))
-    with pytest.raises(ScenarioError, match="too much alike"):
+    with pytest.raises(ScenarioError, match="too similar"):
         make_cells(suite)
 
 

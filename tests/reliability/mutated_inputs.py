@@ -36,7 +36,7 @@ _MEMORY = 2.5e9
 _LONGEST = 4000
 
 _FAULT = re.compile(
-    r"may be a fault|Traceback|\b(Key|Index|Type|Attribute|Assertion|Value"
+    r"may be a bug|Traceback|\b(Key|Index|Type|Attribute|Assertion|Value"
     r"|ZeroDivision|Unicode\w*|Overflow|Recursion|Memory|Runtime)Error\b"
 )
 

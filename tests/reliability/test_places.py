@@ -62,7 +62,7 @@ def assert_refused(done, here):
     assert line.startswith("hunav: ")
     # (A trial may tell of itself before.)
     assert not any("rror" in it or "Traceback" in it for it in notes)
-    assert "may be a fault" not in line
+    assert "may be a bug" not in line
     assert not [p for p in (here / "out").rglob("*") if p.suffix == ".tmp"]
 
 
@@ -110,4 +110,4 @@ def test_without_a_home(here):
         done = hunav(name, here, environment=gone)
         assert done.returncode in (0, 1), done.stderr
         assert "Traceback" not in done.stderr
-        assert "may be a fault" not in done.stderr
+        assert "may be a bug" not in done.stderr

@@ -1,1 +1,1 @@
-"""What is edited: plain data and their text, in step, with all steps back."""
+"""The edited document: plain data, the same as text, and the history."""

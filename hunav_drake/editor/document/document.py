@@ -1,4 +1,4 @@
-"""A scenario's text and its data, which say the same."""
+"""A scenario as text and as data."""
 
 from collections.abc import Iterator, Sequence
 import dataclasses as dc
@@ -15,7 +15,7 @@ from hunav_drake.scenario.error import Loc, shown
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import MAX_BYTES, parse_yaml
 
-# The lists whose members can be selected.
+# Lists with selectable members.
 _SELECTABLE: tuple[Loc, ...] = (
     ("humans",),
     ("world", "walls"),
@@ -26,14 +26,14 @@ _SELECTABLE: tuple[Loc, ...] = (
 
 @dc.dataclass(frozen=True)
 class Document:
-    """A text with what it reads as; nothing of it ever changes.
+    """A text and its data, both immutable.
 
     Attributes:
         text: The YAML text.
-        data: The scenario in it, as plain data; what it was before if the text
+        data: The scenario in it, as plain data; the previous data if the text
             cannot be read.
-        yaml: What was read.
-        prefix: Where in the text the scenario is.
+        yaml: The parsed document.
+        prefix: The path of the scenario in the text.
         problem: Why the text cannot be read; empty if it can.
     """
 
@@ -47,12 +47,12 @@ class Document:
     def read(
         cls, text: str, prefix: Loc = (), like: "Document | None" = None
     ) -> "Document":
-        """Reads a text.
+        """Returns the document of a text.
 
         Args:
             text: The text.
-            prefix: Where in it the scenario is.
-            like: What was there before: parts that are the same are shared.
+            prefix: The path of the scenario in it.
+            like: The previous document, to share equal parts with.
         """
         yaml = parse_yaml(text, name="scenario")
         old = like.data if like is not None else {}
@@ -63,7 +63,7 @@ class Document:
             return cls(text, old, yaml, prefix, "the text is not YAML")
         data = yaml.plain(prefix)
         if not isinstance(data, dict):
-            problem = f"a scenario is a mapping, the text is {shown(data)}"
+            problem = f"a scenario is a mapping, but the text is {shown(data)}"
             if prefix:
                 problem = f"there is no scenario {shown(prefix[0])} in the text"
             return cls(text, old, yaml, prefix, problem)
@@ -71,31 +71,30 @@ class Document:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is said."""
+        """Whether the text is empty, apart from comments."""
         return self.yaml.root is None and not self.problem
 
     def after(self, operations: Sequence[Sequence[Any]]) -> dict[str, Any]:
         """Returns the data after some operations.
 
         Raises:
-            OperationError: If they do not fit, or if the text waits to be
-                mended.
+            OperationError: If they do not fit, or the text is not readable.
         """
         if self.problem:
-            raise OperationError(f"{self.problem}; mend it first")
+            raise OperationError(f"{self.problem}; fix it first")
         for operation in operations:
             for value in operation[2:]:
                 check_plain(value)
         data = apply(self.data, operations)
         if not isinstance(data, dict):
-            raise OperationError("a scenario is a mapping")
+            raise OperationError("a scenario must be a mapping")
         return data
 
     def patched(self, data: dict[str, Any]) -> tuple["Document", YamlPatch]:
-        """Returns a document of other data, and how its text changed.
+        """Returns a document with other data, and the patch of its text.
 
         Raises:
-            OperationError: If no text can say them.
+            OperationError: If the data cannot be written as YAML.
         """
         try:
             patch = patch_yaml(
@@ -111,11 +110,11 @@ class Document:
         return new, patch
 
     def line(self, loc: Sequence[str | int]) -> int | None:
-        """Returns the line of a part, or of the nearest one around it."""
+        """Returns the line of a part, or of the smallest part around it."""
         return self.yaml.line((*self.prefix, *loc)) or None
 
     def places(self) -> Iterator[tuple[Loc, int, int]]:
-        """Yields what can be selected, with its first and its last line."""
+        """Yields the selectable parts, with their first and last lines."""
         if self.problem or self.is_empty:
             return
         root = _node(self.yaml.composed, self.prefix)
@@ -159,7 +158,7 @@ def _lines(node: Any) -> tuple[int, int]:
     """Returns the first and the last line of a node, from 1."""
     first, last = node.start_mark.line + 1, node.end_mark.line + 1
     inner = node
-    # A block ends where what follows it begins; its last scalar ends before.
+    # PyYAML's end of a block includes the lines after its last scalar.
     while not getattr(inner, "flow_style", True) and inner.value:
         item = inner.value[-1]
         inner = item[1] if isinstance(item, tuple) else item

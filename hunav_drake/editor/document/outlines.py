@@ -1,4 +1,4 @@
-"""The outlines of all that stands in a world, as the map draws them."""
+"""The outlines of the objects in a world, for the map."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -27,11 +27,11 @@ _NONE: Mapping[str, Sequence[ArrayLike]] = MappingProxyType({})
 
 
 class Outlines:
-    """Makes outlines, and keeps those of parts that stay the same."""
+    """Computes outlines, and caches those of unchanged parts."""
 
     def __init__(self) -> None:
-        """Starts without any."""
-        # By the identity of the data, which are kept so that it stays.
+        """Starts with an empty cache."""
+        # By the id of the data, which are kept so that the id stays valid.
         self._known: dict[int, tuple[Any, list[Outline]]] = {}
 
     def of(
@@ -42,21 +42,21 @@ class Outlines:
     ) -> dict[str, Outline]:
         """Returns the outlines of a world, by path: "world/walls/3".
 
-        What does not fit the schema has none. Where a part has several, their
-        paths go on with a number: "world/map/1".
+        Invalid parts have none. If a part has several, the paths of the others
+        have a number at the end: "world/map/1".
 
         Args:
             data: The scenario as plain data.
             map_outlines: The walls of its map, each (k, 2) in W, in meters.
-            models: The outlines of models by their files, each (k, 2) from
-                the model's place, in meters.
+            models: The outlines of models by file, each (k, 2) in the frame of
+                the model, in meters.
         """
         kept: dict[int, tuple[Any, list[Outline]]] = {}
         result: dict[str, Outline] = {}
         for loc, maker, part in _members(data):
             known = self._known.get(id(part))
             if known is None:
-                # A kind of wall may be code that is not to be run.
+                # A wall type of the user must not run code here.
                 with registered_only():
                     known = part, maker(part)
             kept[id(part)] = known
@@ -72,7 +72,7 @@ class Outlines:
 def _put(
     result: dict[str, Outline], loc: Loc, outlines: Sequence[Outline]
 ) -> None:
-    """Adds the outlines of a part; those after the first have a number."""
+    """Adds the outlines of a part to the result."""
     path = "/".join(map(str, loc))
     for i, outline in enumerate(outlines):
         result[f"{path}/{i}" if i else path] = outline
@@ -92,7 +92,7 @@ def _outline(
 def _members(
     data: Any,
 ) -> Iterator[tuple[Loc, Callable[[Any], list[Outline]], Any]]:
-    """Yields what has outlines: its place, what makes them, and its data."""
+    """Yields the path, the outline function and the data of each part."""
     for key, maker in (("walls", _wall), ("furniture", _furniture)):
         for i, part in _list(data, ("world", key)):
             yield ("world", key, i), maker, part

@@ -1,7 +1,6 @@
-"""Plain data: lists, mappings and scalars, changed without being written to.
+"""Operations on immutable plain data: lists, mappings and scalars.
 
-What does not change is shared, so that "is it another?" is a question of
-identity.
+Unchanged parts are shared, so identity shows whether a part has changed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,10 +12,10 @@ from hunav_drake.scenario.error import Loc, path_text, shown
 from hunav_drake.scenario.yaml_source import MAX_DEPTH, MAX_NODES
 from hunav_drake.systems.common.old_words import TAG
 
-# A change of data: the path of a part, and what is there now.
+# A change of data: the path of a part, and its new value.
 Change = tuple[Loc, Any]
 
-# Beyond so many changes, the whole is told.
+# With more changes, views get all data.
 _MAX_CHANGES = 500
 
 # The longest text of a scalar or a key.
@@ -28,13 +27,14 @@ class OperationError(ValueError):
 
 
 def apply(data: Any, operations: Sequence[Sequence[Any]]) -> Any:
-    """Returns data after some operations; what is as before is shared.
+    """Returns data after some operations; unchanged parts are shared.
 
     Args:
-        data: Plain data, which stay as they are.
+        data: Plain data, which are not changed.
         operations: ``("set", path, value)``, ``("insert", path, value)``,
-            whose path ends with an index, or ``("remove", path)``. Mappings
-            on the way that are missing are made, and the list to insert into.
+            whose path ends with an index, or ``("remove", path)``. Missing
+            mappings on the path, and a missing list to insert into, are
+            created.
 
     Raises:
         OperationError: If one does not fit the data.
@@ -47,13 +47,13 @@ def apply(data: Any, operations: Sequence[Sequence[Any]]) -> Any:
 
 
 def check_plain(value: Any, depth: int = 0) -> None:
-    """Checks that something is plain data, as YAML can hold.
+    """Checks that a value is plain data that YAML can represent.
 
     Raises:
         OperationError: If it is not.
     """
     if depth > MAX_DEPTH:
-        raise OperationError(f"nests deeper than {MAX_DEPTH} levels")
+        raise OperationError(f"is nested deeper than {MAX_DEPTH} levels")
     if isinstance(value, str):
         _check_text(value)
     elif isinstance(value, dict):
@@ -66,7 +66,7 @@ def check_plain(value: Any, depth: int = 0) -> None:
         for item in value:
             check_plain(item, depth + 1)
     elif isinstance(value, int) and abs(value) >= 10**100:
-        raise OperationError(f"{shown(value)} is no number of a scenario")
+        raise OperationError(f"{shown(value)} is too large for a scenario")
     elif value is not None and not isinstance(value, bool | int | float):
         raise OperationError(
             f"must be a number, text, flag, list or mapping, got"
@@ -78,11 +78,11 @@ def _check_text(text: str) -> None:
     if len(text) > _MAX_TEXT:
         raise OperationError(f"a text has at most {_MAX_TEXT} characters")
     if any("\ud800" <= letter <= "\udfff" for letter in text):
-        raise OperationError("a text must be made of whole characters")
+        raise OperationError("a text must not have surrogate characters")
 
 
 def same(one: Any, other: Any) -> bool:
-    """Tells whether data are equal; 1, 1.0 and true are not the same."""
+    """Returns whether data are equal; 1, 1.0 and true are different."""
     if one is other:
         return True
     if type(one) is not type(other):
@@ -101,7 +101,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def shared(old: Any, new: Any) -> Any:
-    """Returns new data, made of the old parts where they are the same."""
+    """Returns new data that share equal parts with the old data."""
     if same(old, new):
         return old
     if isinstance(old, dict) and isinstance(new, dict):
@@ -112,7 +112,7 @@ def shared(old: Any, new: Any) -> Any:
     if isinstance(old, list) and isinstance(new, list):
         if len(old) == len(new):
             return [shared(a, b) for a, b in zip(old, new, strict=True)]
-        # One was inserted or removed: what is before and behind stays.
+        # An item was inserted or removed: the parts before and after stay.
         head = _common(old, new)
         most = min(len(old), len(new)) - head
         tail = min(_common(old[::-1], new[::-1]), most)
@@ -131,10 +131,7 @@ def _common(old: list[Any], new: list[Any]) -> int:
 
 
 def changes(old: Any, new: Any) -> list[Change]:
-    """Returns what to set in old data to get new ones; at most a few.
-
-    Shared parts are taken for the same without being looked at.
-    """
+    """Returns the changes from old to new data; shared parts are equal."""
     found: list[Change] = []
     for change in _changes(old, new, ()):
         found.append(change)
@@ -169,7 +166,7 @@ def _changes(old: Any, new: Any, loc: Loc) -> Iterator[Change]:
 
 
 def size_of(data: Any) -> int:
-    """Returns how many parts data have, themselves included."""
+    """Returns the number of parts of data, including the whole."""
     if isinstance(data, dict):
         return 1 + sum(map(size_of, data.values()))
     if isinstance(data, list):
@@ -178,7 +175,7 @@ def size_of(data: Any) -> int:
 
 
 def jsonable(data: Any) -> Any:
-    """Returns data without numbers that JSON does not know, as their text."""
+    """Returns data with numbers that JSON does not have as text."""
     if isinstance(data, dict):
         return {key: jsonable(item) for key, item in data.items()}
     if isinstance(data, list | tuple):
@@ -202,7 +199,7 @@ def get(data: Any, path: Sequence[str | int], default: Any = None) -> Any:
 def _changed(
     data: Any, kind: str, path: Loc, done: Loc, value: Any = None
 ) -> Any:
-    """Returns data, which stand at the path `done`, after one operation."""
+    """Returns the data at the path `done` after one operation."""
     if not path:
         if kind != "set":
             raise OperationError(f"cannot {kind} the whole scenario")
@@ -238,7 +235,7 @@ def _changed(
 
 
 def _as_mapping(data: Any, loc: Loc) -> Any:
-    """Returns a mapping for what is missing, or for the name of a choice."""
+    """Returns a mapping for missing data, or for the name of a choice."""
     if data is None:
         return {}
     if isinstance(data, str) and kind_of(hint_at(loc)):

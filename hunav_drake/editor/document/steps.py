@@ -1,4 +1,4 @@
-"""The steps of an editing session, to be undone and done again."""
+"""The history of an editing session, for undo and redo."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
@@ -12,22 +12,23 @@ from hunav_drake.editor.document.text_patch import (
     patched,
 )
 
-# The most steps that are kept, and for how long like steps are one, in seconds.
+# The maximum number of steps, and the time within which similar steps are
+# merged, in seconds.
 MAX_STEPS = 1000
 _MERGE_TIME = 1.0
 
 
 @dataclass(frozen=True)
 class Step:
-    """What one step changed.
+    """The changes of one step.
 
     Attributes:
-        label: What was done, for the buttons: "Move bruno".
-        patches: Of the text before.
+        label: Its label on buttons: "Move bruno".
+        patches: The patches of the text.
         before: The data before.
         after: The data after.
-        key: Steps of one key that follow each other at once become one; None
-            for one that stays alone.
+        key: Steps with the same key shortly after each other are merged; None
+            for a step that is never merged.
     """
 
     label: str
@@ -38,32 +39,28 @@ class Step:
 
 
 class Steps:
-    """The steps done, and those undone."""
+    """The done and the undone steps."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        """Starts without steps.
-
-        Args:
-            clock: Tells the time in seconds.
-        """
+        """Starts without steps; the clock returns seconds."""
         self._clock = clock
         self._done: list[Step] = []
         self._undone: list[Step] = []
-        # When the last step was done, if none was undone since.
+        # The time of the last step, unless it was undone.
         self._last = -1e9
 
     @property
     def undo_label(self) -> str | None:
-        """What would be undone; None if there is nothing."""
+        """The label of the step to undo, if there is one."""
         return self._done[-1].label if self._done else None
 
     @property
     def redo_label(self) -> str | None:
-        """What would be done again; None if there is nothing."""
+        """The label of the step to redo, if there is one."""
         return self._undone[-1].label if self._undone else None
 
     def add(self, step: Step, text: str) -> None:
-        """Adds a step that has led to a text."""
+        """Adds a step that resulted in a text."""
         now = self._clock()
         last = self._done[-1] if self._done else None
         if (
@@ -93,7 +90,7 @@ class Steps:
         return patched(text, inverse(step.patches)), step.before
 
     def redo(self, text: str) -> tuple[str, Any] | None:
-        """Returns text and data after the step undone last; None without."""
+        """Returns text and data after the next undone step, if any."""
         if not self._undone:
             return None
         step = self._undone.pop()

@@ -1,16 +1,16 @@
-"""Patches of text, there and back."""
+"""Patches of text, and their inverses."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
 
 
 class Patch(NamedTuple):
-    """A part of a text that is replaced.
+    """A replacement of a part of a text.
 
     Attributes:
-        start: The index of its first character in the text before.
-        old: What is there.
-        new: What comes there.
+        start: The index of its first character in the old text.
+        old: The old part.
+        new: The new part.
     """
 
     start: int
@@ -18,12 +18,12 @@ class Patch(NamedTuple):
     new: str
 
 
-# Patches of one text, in order, none of which overlap.
+# Patches of one text, in order, without overlaps.
 Patches = tuple[Patch, ...]
 
 
 def patched(text: str, patches: Iterable[Patch]) -> str:
-    """Returns a text after some patches, which are in order of their starts.
+    """Returns a text after some patches, which are in order.
 
     Raises:
         ValueError: If they do not fit the text.
@@ -47,7 +47,7 @@ def inverse(patches: Patches) -> Patches:
 
 
 def difference(old: str, new: str) -> Patches:
-    """Returns the one patch that makes a new text of an old one, or none."""
+    """Returns the patch from an old to a new text; () if they are equal."""
     if old == new:
         return ()
     most = min(len(old), len(new))
@@ -58,7 +58,7 @@ def difference(old: str, new: str) -> Patches:
 
 
 def _common(one: str, other: str, most: int) -> int:
-    """Returns how many characters two texts begin with in common."""
+    """Returns the length of the common prefix of two texts."""
     low, high = 0, most
     while low < high:
         middle = (low + high + 1) // 2

@@ -1,4 +1,4 @@
-"""Where the parts of a YAML text stand: ends, lines, comments, dashes."""
+"""The positions of parts in a YAML text: ends, lines, comments, dashes."""
 
 import re
 from typing import Any
@@ -8,29 +8,29 @@ import yaml
 from hunav_drake.scenario.writer import yaml_text
 from hunav_drake.scenario.yaml_source import resolve
 
-# Texts that need no quotes anywhere.
+# Texts that never need quotes.
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Layout:
-    """A text, and where the nodes that PyYAML composed of it stand."""
+    """A text, and the positions of its PyYAML nodes."""
 
     def __init__(self, text: str, root: Any) -> None:
-        """Takes a text and the node of its whole."""
+        """Constructs it from a text and its root node."""
         self.text = text
         self.newline = "\r\n" if "\r\n" in text else "\n"
         self.indented = _is_indented(root)
 
     def start(self, node: Any) -> int:
-        """Returns where a node begins."""
+        """Returns the start of a node."""
         return int(node.start_mark.index)
 
     def end(self, node: Any) -> int:
-        """Returns where a node ends, without comments and blanks behind."""
+        """Returns the end of a node, without trailing comments and blanks."""
         if isinstance(node, yaml.CollectionNode) and not node.flow_style:
             last = node.value[-1] if node.value else None
             if isinstance(last, tuple):
-                # The value may be empty; then its mark is behind the colon.
+                # The mark of an empty value is after the colon.
                 return max(self.end(last[1]), self.end(last[0]))
             if last is not None:
                 return self.end(last)
@@ -46,34 +46,31 @@ class Layout:
         return end
 
     def line_start(self, index: int) -> int:
-        """Returns where the line of a place begins."""
+        """Returns the start of the line of an index."""
         return self.text.rfind("\n", 0, index) + 1
 
     def line_end(self, index: int) -> int:
-        """Returns where the line of a place ends, before its line break."""
+        """Returns the end of the line of an index, before its line break."""
         end = self.text.find("\n", index)
         end = len(self.text) if end < 0 else end
         return end - (end > index and self.text[end - 1] == "\r")
 
     def next_line(self, index: int) -> int:
-        """Returns where the line after that of a place begins."""
+        """Returns the start of the next line after an index."""
         end = self.text.find("\n", index)
         return len(self.text) if end < 0 else end + 1
 
     def is_first(self, index: int) -> bool:
-        """Tells whether nothing stands before a place in its line."""
+        """Returns whether only spaces precede an index in its line."""
         return not self.text[self.line_start(index) : index].strip(" ")
 
     def has_rest(self, index: int) -> bool:
-        """Tells whether something other than a comment follows in the line."""
+        """Returns whether more than a comment follows in the line."""
         rest = self.text[index : self.line_end(index)].strip()
         return bool(rest) and not rest.startswith("#")
 
     def above(self, index: int, column: int) -> int:
-        """Returns where the comments right above a line begin.
-
-        Only those that stand in the column count.
-        """
+        """Returns the start of the comments above a line, in a column."""
         start = self.line_start(index)
         while start > 0:
             before = self.line_start(start - 1)
@@ -85,9 +82,9 @@ class Layout:
         return start
 
     def below(self, index: int, column: int) -> int:
-        """Returns where the lines of a part end whose last place is given.
+        """Returns the end of the lines of a part that ends at an index.
 
-        Comments in the lines behind belong to it if they stand deeper than
+        Comments in the next lines belong to it if they are indented more than
         the column.
         """
         end = self.next_line(index)
@@ -100,7 +97,7 @@ class Layout:
         return end
 
     def dash(self, item: Any, column: int) -> int | None:
-        """Returns where the dash of an item stands; None if nowhere."""
+        """Returns the index of the dash of an item; None if not found."""
         start = self.line_start(self.start(item))
         limit = self.start(item)
         while True:
@@ -117,12 +114,12 @@ class Layout:
             start = self.line_start(start - 1)
 
     def rendered(self, value: Any, column: int, *, flow: bool) -> str:
-        """Returns a value as it stands behind a colon or a dash.
+        """Returns the text of a value after a colon or a dash.
 
         Args:
             value: Plain data.
-            column: That of the key, or of the dash.
-            flow: Whether it stands in braces or brackets.
+            column: The column of the key or of the dash.
+            flow: Whether it is in braces or brackets.
         """
         is_block = not flow and isinstance(value, dict | list) and bool(value)
         if is_block and isinstance(value, list):
@@ -135,7 +132,7 @@ class Layout:
         return self.shifted(value, column)
 
     def shifted(self, value: Any, column: int) -> str:
-        """Returns a value, in lines that begin behind a colon."""
+        """Returns the lines of a value after a colon."""
         text = yaml_text(
             {"k": value}, indented=self.indented, width=max(80 - column, 20)
         )
@@ -145,7 +142,7 @@ class Layout:
         return self.newline.join([lines[0].removeprefix("k:"), *rest])
 
     def item(self, value: Any, column: int, *, flow: bool) -> str:
-        """Returns an item of a list with its dash, without what is before."""
+        """Returns an item of a list with its dash, without indentation."""
         if flow or not isinstance(value, dict) or not value:
             if isinstance(value, list) and not flow:
                 inner = self.rendered(value, column, flow=False)
@@ -161,11 +158,11 @@ class Layout:
 
 
 def scalar_text(value: Any, *, flow: bool = True) -> str:
-    """Returns a value in one line.
+    """Returns the text of a value in one line.
 
     Args:
         value: Plain data.
-        flow: Whether it may stand in braces or brackets.
+        flow: Whether it may be in braces or brackets.
     """
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -185,7 +182,7 @@ def key_text(key: str) -> str:
 
 
 def _is_indented(root: Any) -> bool:
-    """Tells whether lists stand deeper than their keys; true without any."""
+    """Returns whether lists are indented more than their keys."""
     todo = [root]
     while todo:
         node = todo.pop(0)

@@ -1,4 +1,4 @@
-"""Changes the text of a scenario where its data changed, and nowhere else."""
+"""Changes the text of a scenario only where its data changed."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -17,14 +17,14 @@ from hunav_drake.scenario.yaml_source import parse_yaml
 
 
 class YamlPatch(NamedTuple):
-    """What a change of data does to its text.
+    """The change of a text.
 
     Attributes:
         patches: The patches of the text.
-        text: The text after them.
-        document: What the text reads as.
-        rewritten: The part that had to be written anew as a whole, for it has
-            anchors, say; None if only what changed was written.
+        text: The new text.
+        document: The parsed new text.
+        rewritten: The part that was rewritten as a whole, for example because
+            it has anchors; None if only changed values were written.
     """
 
     patches: Patches
@@ -36,22 +36,21 @@ class YamlPatch(NamedTuple):
 def patch_yaml(
     text: str, document: YamlDocument, before: Any, after: Any, prefix: Loc = ()
 ) -> YamlPatch:
-    """Returns what makes a text say other data.
+    """Returns the patch that changes the data of a text.
 
-    What is as before stays, with its comments and spaces. The result is read
-    again and compared; where it differs, the smallest part around is written
-    anew, and at worst the whole.
+    Unchanged parts keep their comments and spaces. The new text is parsed and
+    compared; if it differs, the smallest part around the change is rewritten,
+    and in the worst case the whole text.
 
     Args:
         text: The text.
-        document: What it reads as.
-        before: The part of that at the prefix, as plain data.
-        after: The plain data that it shall read as; parts of them that are
-            those of `before` are not looked at.
-        prefix: Where in the document they are.
+        document: The parsed text.
+        before: The data at the prefix.
+        after: The new data; parts that they share with `before` are unchanged.
+        prefix: The path of the data in the document.
 
     Raises:
-        ValueError: If no text can say them.
+        ValueError: If the data cannot be written as YAML.
     """
     whole = before if not prefix else _put(document.plain(), prefix, before)
     wanted = after if not prefix else _put(whole, prefix, after)
@@ -77,7 +76,7 @@ def patch_yaml(
 
 
 def _attempts(old: Any, new: Any) -> Iterator[tuple[int | None, Loc | None]]:
-    """Yields how deep to look, and what is written anew as a whole then."""
+    """Yields depths to compare to, and the part that is then rewritten."""
     yield None, None
     changed = _changed_locs(old, new, ())
     deepest = max(changed, key=len, default=())
@@ -107,7 +106,7 @@ def _read_back(
 
 
 def _changed_locs(old: Any, new: Any, loc: Loc) -> list[Loc]:
-    """Returns the deepest parts that differ; lists of other lengths count."""
+    """Returns the deepest parts that differ."""
     if same(old, new):
         return []
     found: list[Loc] = []

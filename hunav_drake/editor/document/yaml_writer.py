@@ -1,4 +1,4 @@
-"""Writes changed data into a text, each part where it stands."""
+"""Writes changed data into a text, each part in its place."""
 
 from collections.abc import Sequence
 import difflib
@@ -16,12 +16,12 @@ from hunav_drake.editor.document.yaml_layout import (
 from hunav_drake.scenario.error import Loc
 from hunav_drake.scenario.writer import yaml_text
 
-# Lists of which more items changed are not looked at for moved ones.
+# In lists with more changed items, moved ones are not searched.
 _MAX_MATCHED = 200
 
 
 class UnknownPlaceError(Exception):
-    """It cannot be told where something stands."""
+    """The position of a part is unknown."""
 
 
 class YamlWriter:
@@ -32,8 +32,8 @@ class YamlWriter:
 
         Args:
             layout: The text.
-            depth: How deep parts are looked into; what differs there is
-                written anew as a whole. None for any depth.
+            depth: The depth at which different parts are rewritten as a whole;
+                None for no limit.
         """
         self._layout = layout
         self._depth = depth
@@ -46,19 +46,19 @@ class YamlWriter:
     def write(
         self, node: Any, old: Any, new: Any, loc: Loc, key: Any = None
     ) -> None:
-        """Makes the text of a node say new data.
+        """Changes the data of a node.
 
         Args:
             node: The node.
-            old: What it says.
-            new: What it shall say.
-            loc: Where it is.
+            old: Its data.
+            new: Its new data.
+            loc: Its path.
             key: The node of its key, if it is in a mapping.
         """
         if same(old, new):
             return
         is_inner = self._depth is None or len(loc) < self._depth
-        # What is empty, or becomes so, is another kind of text.
+        # Empty lists and mappings have another syntax.
         kinds = (type(old), type(new)) if is_inner and old and new else ()
         if kinds == (dict, dict) and isinstance(node, yaml.MappingNode):
             self._write_mapping(node, old, new, loc)
@@ -73,7 +73,7 @@ class YamlWriter:
             self._patches.append(Patch(start, old, new))
 
     def _replace(self, node: Any, new: Any, loc: Loc, key: Any) -> None:
-        """Writes a value anew."""
+        """Rewrites a value."""
         layout = self._layout
         start, end = layout.start(node), layout.end(node)
         if getattr(node, "in_flow", False):
@@ -88,7 +88,7 @@ class YamlWriter:
             self._replace_value(node, new, key)
 
     def _replace_value(self, node: Any, new: Any, key: Any) -> None:
-        """Writes what stands behind a key and its colon."""
+        """Rewrites the value after a key and its colon."""
         layout = self._layout
         start, end = layout.start(node), layout.end(node)
         body = layout.rendered(new, key.start_mark.column, flow=False)
@@ -97,14 +97,14 @@ class YamlWriter:
             raise UnknownPlaceError
         is_inline = layout.line_end(colon) >= start
         if not is_inline and not layout.has_rest(end):
-            # A comment behind its last line is about what goes.
+            # A comment after its last line is removed with it.
             end = layout.line_end(end)
         if is_inline and start < end and not body.startswith(layout.newline):
             self._add(start, end, body.removeprefix(" "))
         elif is_inline:
             self._add(min(colon + 1, start), end, body)
         elif body.startswith(layout.newline):
-            # A comment behind the colon stays.
+            # A comment after the colon stays.
             self._add(layout.line_end(colon), end, body)
         elif layout.newline in body:
             self._add(colon + 1, end, body)
@@ -115,7 +115,7 @@ class YamlWriter:
     def _replace_item(self, node: Any, new: Any) -> None:
         layout = self._layout
         start, end = layout.start(node), layout.end(node)
-        # The dash is the last one before, in this line or above.
+        # The dash is the last one before it, in this line or above.
         place = layout.text.rfind("-", 0, start)
         while place >= 0:
             column = place - layout.line_start(place)
@@ -233,7 +233,7 @@ class YamlWriter:
         removed = [i for tag, i, _ in moves if tag == "remove"]
         place = chunks[0][0]
         flow = _is_flow(node.value[0])
-        # What comes in at one place comes there in order.
+        # Items that are inserted at one index keep their order.
         inserted: dict[int, str] = {}
         for tag, i, j in moves:
             if tag == "same":
@@ -333,9 +333,9 @@ def _mark_flow(parent: Any, node: Any) -> None:
 
 
 def _matched(old: list[Any], new: list[Any]) -> list[tuple[str, int, int]]:
-    """Returns how one list becomes another: (what, from index, to index).
+    """Returns the moves from one list to another: (tag, from, to).
 
-    What is "same" stays in its place, and may differ inside.
+    Items with the tag "same" stay in place, and may differ inside.
     """
     count = len(old)
     head = 0

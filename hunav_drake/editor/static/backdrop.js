@@ -1,7 +1,7 @@
 import { button, h, svg } from "./dom.js";
 
 /**
- * What is behind and beside the map: the grid, the picture of a background,
+ * The parts behind and beside the map: the grid, the background image,
  * the scale bar, the coordinates and the buttons of the view.
  */
 export function makeBackdrop(store, view) {
@@ -54,7 +54,7 @@ export function makeBackdrop(store, view) {
     behind,
     front,
 
-    /** After the view has changed. */
+    /** Updates it after a change of the view. */
     update() {
       behind.setAttribute("transform", view.matrix);
       const [some, others] = view.grid();

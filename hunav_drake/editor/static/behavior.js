@@ -11,12 +11,12 @@ function treeOf(person, defaults) {
   return typeof it === "string" ? it : String(it.type ?? "");
 }
 
-/** Makes the panel of what people do about the robot. */
+/** Creates the panel of people's behaviors. */
 export function makeBehaviorPanel(store) {
   const search = h("input", { type: "search", placeholder: "Search behaviors", "aria-label": "Search behaviors", oninput: () => show() });
   const title = h("h2", { class: "panel-title" });
   const list = h("div", { class: "behaviors", role: "radiogroup", "aria-label": "Behavior" });
-  const own = h("input", { type: "text", placeholder: "mine.xml", "aria-label": "A file of your own, in the folder of the scenario", spellcheck: "false" });
+  const own = h("input", { type: "text", placeholder: "mine.xml", "aria-label": "Your file, in the folder of the scenario", spellcheck: "false" });
   const ownRow = h("div", { class: "own-tree" }, h("span", { class: "label" }, "Own file"), own, button("check", "Use this file", () => useOwn(), { text: "Use" }));
   const details = h("div", { class: "behavior-details" });
   const matrix = h("div", { class: "matrix-box" });
@@ -33,7 +33,7 @@ export function makeBehaviorPanel(store) {
     return [...unique.values()].filter((it) => store.get(it));
   }
 
-  /** Gives people a behavior; ports of the former one are left behind. */
+  /** Sets the behavior of people, without the ports of the old one. */
   function choose(paths, tree) {
     const changed = paths.filter((path) => treeOf(store.get(path), defaults()) !== tree);
     const who = changed.length === 1 ? nameOf(store.data, changed[0]) : `${changed.length} people`;
@@ -43,7 +43,7 @@ export function makeBehaviorPanel(store) {
   function useOwn() {
     const name = own.value.trim();
     if (!/\.xml$/i.test(name)) {
-      store.say("A file of your own is a .xml in the folder of the scenario.");
+      store.say("Your file must be a .xml in the folder of the scenario.");
       return;
     }
     choose(selected(), /[\\/]/.test(name) ? name : `./${name}`);
@@ -94,7 +94,7 @@ export function makeBehaviorPanel(store) {
     for (const it of [search, list, ownRow, details]) it.hidden = !some;
     matrix.hidden = some;
     if (!entries().length) {
-      fill(list, h("p", { class: "empty" }, "The behaviors come when the simulation is loaded."));
+      fill(list, h("p", { class: "empty" }, "The behaviors appear when the simulation is loaded."));
       list.hidden = false;
     }
     if (!some) {
@@ -145,7 +145,7 @@ export function makeBehaviorPanel(store) {
     return h("button", { type: "button", class: "tree-picture", title: "Show the tree large", onclick: large }, h("img", { src: source, alt: `The behavior tree of ${entry.name}` }));
   }
 
-  /** All people by all behaviors, while nobody is selected. */
+  /** The table of all people and behaviors, if nobody is selected. */
   function showMatrix() {
     const people = peopleOf(store.data);
     if (!people.length || !entries().length) {
@@ -173,7 +173,7 @@ export function makeBehaviorPanel(store) {
     const focused = matrix.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
     fill(
       matrix,
-      h("p", { class: "help shown" }, "Select people to see their behavior's tree and numbers."),
+      h("p", { class: "help shown" }, "Select people to see the tree and the ports of their behavior."),
       h("table", { class: "matrix" }, h("thead", null, h("tr", null, h("td", null), head)), h("tbody", null, all, rows)),
       h("dl", { class: "legend" }, entries().map((it) => h("div", null, h("dt", null, disc(it), words(it.name)), h("dd", { class: "help shown" }, it.help)))),
     );
@@ -182,7 +182,7 @@ export function makeBehaviorPanel(store) {
 
   let last = null;
   function changed() {
-    // Moving people does not change what is shown here.
+    // Moving people does not change this panel.
     const facts = [store.selection, store.catalog, peopleOf(store.data).map((it) => [it.behavior, it.name])];
     if (last && sameValue(facts, last)) return;
     last = facts;

@@ -2,8 +2,8 @@ import { applied, isWithin, keyOf, samePath, valueAt } from "./data.js";
 import { START, groupOf, isPerson, isRobotPlace, moveOps, nameOf, peopleOf } from "./things.js";
 
 /**
- * Edits as operations: what is done to the parts at paths. None of them looks
- * at the page.
+ * Edits as operations on the parts at paths. None of them uses
+ * the page.
  */
 
 /** Returns "bruno", or "5 parts". */
@@ -12,7 +12,7 @@ export function wordsFor(data, paths) {
   return paths.every(isPerson) ? `${paths.length} people` : `${paths.length} parts`;
 }
 
-/** Returns the data with the start of the robot, which may be left out. */
+/** Returns the data with the start of the robot, which may be missing. */
 export function withStart(data, defaults) {
   if (valueAt(data, START) !== undefined) return data;
   return applied(data, [["set", START, defaults?.robot?.start ?? [0, 0, 0]]]);
@@ -47,7 +47,7 @@ export function freeName(name, taken) {
   return `${stem}_${n}`;
 }
 
-/** Returns a copy of a part of a list, with a name and an id of its own. */
+/** Returns a copy of a part of a list, with a unique name and id. */
 function ownCopy(value, list) {
   const copy = structuredClone(value);
   if (!copy || typeof copy !== "object" || Array.isArray(copy)) return copy;
@@ -60,7 +60,7 @@ function ownCopy(value, list) {
 }
 
 /**
- * Returns what adds values to their lists, and the paths that they get.
+ * Returns the operations that add values to lists, and their new paths.
  * @param {any} data
  * @param {{list: (string|number)[], value: any}[]} parts
  */
@@ -78,7 +78,7 @@ export function addOps(data, parts) {
   return { ops, paths, after };
 }
 
-/** Returns what can be copied of the parts at paths: people, walls, goals. */
+/** Returns those parts at paths that can be copied: people, walls, goals. */
 export function copied(data, paths) {
   return paths
     .filter((it) => !isRobotPlace(it))
@@ -86,14 +86,14 @@ export function copied(data, paths) {
     .filter(({ value }) => value !== undefined);
 }
 
-/** Returns what adds copies of parts, moved by (dx, dy) with their goals. */
+/** Returns operations that add copies of parts, moved by (dx, dy) with their goals. */
 export function duplicateOps(data, parts, dx, dy) {
   const { ops, paths, after } = addOps(data, parts);
   const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));
   return { ops: [...ops, ...moves], paths };
 }
 
-/** Returns what repeats parts in columns and rows, by steps in meters. */
+/** Returns operations that repeat parts in columns and rows, with steps in meters. */
 export function arrayOps(data, parts, { columns, rows, across, up }) {
   const ops = [];
   let after = data;
@@ -105,7 +105,7 @@ export function arrayOps(data, parts, { columns, rows, across, up }) {
   return ops;
 }
 
-/** Returns what makes one group of the people at paths, or of each one alone. */
+/** Returns operations that make one group of people, or that separate them. */
 export function groupOps(data, paths, together) {
   const people = paths.filter(isPerson);
   const taken = new Set(peopleOf(data).map(groupOf));
@@ -115,8 +115,8 @@ export function groupOps(data, paths, together) {
 }
 
 /**
- * Returns a "set" for a value whose parents may not be there, with as much of
- * them as is missing.
+ * Returns a "set" for a value whose parents may be missing, including the
+ * missing ones.
  */
 export function setOp(data, path, value) {
   let n = 1;
@@ -137,7 +137,7 @@ export function resetOp(data, path) {
   return ["remove", path.slice(0, n)];
 }
 
-/** Returns where on a chain of points a place is: the index to insert at. */
+/** Returns the index at which to insert a place into a chain of points. */
 export function segmentAt(points, [x, y]) {
   let best = { index: points.length, distance: Infinity };
   for (let i = 0; i + 1 < points.length; i++) {
@@ -164,7 +164,7 @@ export function cornerNear(outlines, [x, y], reach, besides = null) {
   return best;
 }
 
-/** Returns what aligns parts: their middles get one x (0) or one y (1). */
+/** Returns operations that align the centers of parts in x (0) or y (1). */
 export function alignOps(data, places, axis) {
   const known = places.filter(({ at }) => at);
   const mean = known.reduce((sum, { at }) => sum + at[axis], 0) / (known.length || 1);

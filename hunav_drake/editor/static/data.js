@@ -1,6 +1,6 @@
 /**
- * Plain data by paths. Nothing is changed in place: what an operation does not
- * touch is shared, so that "changed" is "not the same object".
+ * Immutable plain data by paths. Operations share unchanged parts, so a part
+ * has changed exactly if it is another object.
  */
 
 /** @typedef {(string|number)[]} Path */
@@ -88,7 +88,7 @@ export function sameValue(a, b) {
   return keys.length === Object.keys(b).length && keys.every((key) => key in b && sameValue(a[key], b[key]));
 }
 
-/** Returns a number to whole millimeters or milliradians. */
+/** Returns a number rounded to millimeters or milliradians. */
 export function round(x) {
   const y = Math.round(x * 1000) / 1000;
   return y === 0 ? 0 : y;

@@ -2,7 +2,7 @@ import { button, fill, h } from "./dom.js";
 import { arrayOps, copied, wordsFor } from "./changes.js";
 import { numberInput, words } from "./fields.js";
 
-/** No more copies than these are made at a time. */
+/** The maximum number of copies at once. */
 const MOST_COPIES = 200;
 
 /** All keys and gestures, for the help. */
@@ -46,7 +46,7 @@ function pick(accept, multiple) {
   });
 }
 
-/** Adds the questions that are asked above the page. */
+/** Adds the dialogs. */
 export function addDialogs(store, root) {
   const dialog = h("dialog", { class: "dialog" });
   root.append(dialog);
@@ -88,7 +88,7 @@ export function addDialogs(store, root) {
     store.ask(message);
   }
 
-  /** Makes a row for each number; what is typed goes into `values`. */
+  /** Creates a row for each number, which is stored in `values`. */
   function numberRows(values, nodes) {
     return Object.entries(nodes).map(([key, node]) => {
       const { input, refresh } = numberInput(node, {
@@ -102,31 +102,31 @@ export function addDialogs(store, root) {
     });
   }
 
-  /** Asks how often what is selected is to be there, and how far apart. */
+  /** Asks for the number and the distance of copies. */
   function array() {
     const { data, selection } = store;
     const parts = copied(data, selection);
-    if (!parts.length) return store.say("The robot is there only once.");
+    if (!parts.length) return store.say("There is only one robot.");
     const what = wordsFor(data, selection);
     const values = { columns: 3, rows: 1, across: 1.5, up: 1.5 };
     const [count, step] = [{ kind: "integer" }, { kind: "number", unit: "m" }];
     function create() {
       const { columns = 0, rows = 0, across = 0, up = 0 } = values;
-      if (columns < 1 || rows < 1 || columns * rows > MOST_COPIES) store.say(`There may be 1 to ${MOST_COPIES} of it.`);
+      if (columns < 1 || rows < 1 || columns * rows > MOST_COPIES) store.say(`The number of copies must be 1 to ${MOST_COPIES}.`);
       else store.edit(`Repeat ${what}`, arrayOps(data, parts, { columns, rows, across, up }));
     }
     return show(`Repeat ${what}`, numberRows(values, { columns: count, rows: count, across: step, up: step }), buttons(act("Cancel", () => {}), act("Repeat", create, true)));
   }
 
-  /** Asks how far apart two places of the background are. */
+  /** Asks for the distance of two places of the background. */
   function scale({ from, to }) {
     const measured = Math.hypot(to[0] - from[0], to[1] - from[1]);
     const values = {};
     function resize() {
       const factor = values.distance / measured;
-      if (!(factor > 0)) return store.say("The distance is a number of meters above 0.");
+      if (!(factor > 0)) return store.say("The distance must be positive, in meters.");
       const { width_m, origin } = store.background;
-      // The first place stays where it is.
+      // The first place does not move.
       const [x, y] = origin.map((it, i) => from[i] + factor * (it - from[i]));
       return store.send({ do: "background", files: {}, width_m: width_m * factor, origin: [x, y, origin[2] ?? 0] });
     }
@@ -137,7 +137,7 @@ export function addDialogs(store, root) {
     const templates = store.catalog.templates.map((it) => h("button", { type: "button", class: "card", "data-template": it.name, onclick: () => begin({ do: "template", name: it.name }) }, h("strong", null, it.title), h("span", null, it.help)));
     show(
       "New scenario",
-      h("div", { class: "cards" }, h("button", { type: "button", class: "card", onclick: () => dialog.close() }, h("strong", null, "Empty"), h("span", null, "A floor without anything")), templates),
+      h("div", { class: "cards" }, h("button", { type: "button", class: "card", onclick: () => dialog.close() }, h("strong", null, "Empty"), h("span", null, "An empty floor")), templates),
       h("h3", null, "Shipped scenarios"),
       examples(),
       h("h3", null, "From HuNavSim"),
@@ -181,12 +181,12 @@ export function addDialogs(store, root) {
   store.listen("dialog", (message) => run(message.what, message));
   store.listen("ask", question);
   store.listen("note", ({ message }) => store.tell("say", { message, error: false }));
-  store.listen("notes", ({ title, notes }) => show(title, h("p", null, "Not taken over:"), h("ul", { class: "notes" }, notes.map((it) => h("li", null, it))), buttons(act("Close", () => {}, true))));
+  store.listen("notes", ({ title, notes }) => show(title, h("p", null, "Not imported:"), h("ul", { class: "notes" }, notes.map((it) => h("li", null, it))), buttons(act("Close", () => {}, true))));
   store.listen("save", () => (store.filename ? store.ask({ do: "save" }) : saveAs()));
   store.listen("saved", ({ filename }) => store.tell("say", { message: `Saved ${filename.split(/[\\/]/).at(-1)}`, error: false }));
   store.listen("help", () => show("Keys and gestures", h("table", { class: "keys" }, h("tbody", null, HELP.map(([what, how]) => h("tr", null, h("th", { scope: "row" }, what), h("td", null, how)))))));
 
-  // Without a file and without anything in it, one begins with a template.
+  // An empty scenario without a file starts with the templates.
   let begun = false;
   store.listen("text", () => {
     if (begun) return;

@@ -1,16 +1,16 @@
 /**
- * Elements of the page. Text only ever becomes a text node, so nothing that a
- * scenario says can be read as HTML.
+ * Elements of the page. Text always becomes a text node, so no text of a
+ * scenario can become HTML.
  */
 
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Properties that do not follow from the attribute once a user has typed. */
+/** Properties that do not follow the attribute after user input. */
 const PROPERTIES = new Set(["value", "checked", "disabled", "indeterminate"]);
 
 /**
  * Sets attributes: functions become listeners ("onclick"), `style` takes a
- * mapping, and what is null or false is left out.
+ * mapping, and null or false is omitted.
  * @param {Element} element
  * @param {Object<string, any>} attributes
  */
@@ -69,8 +69,8 @@ export function fill(element, ...children) {
 const wordsOf = (it) => `${it.tagName} ${it.href ?? ""} ${it.getAttribute("aria-label") ?? it.textContent}`;
 
 /**
- * Replaces the children of an element that may hold the focus: then it goes to
- * the new one of the same words, else to the map, so that keys are not lost.
+ * Replaces the children of an element that may have the focus: then it moves to
+ * the new child with the same text, else to the map, so that keys still work.
  */
 export function refill(element, ...children) {
   const held = element.contains(document.activeElement) ? document.activeElement : null;
@@ -91,7 +91,7 @@ export function later(wait, f) {
   return call;
 }
 
-/** Returns a function that calls f at the next frame, however often called. */
+/** Returns a function that calls f once at the next frame. */
 export function atFrame(f) {
   let asked = false;
   return () => {
@@ -104,7 +104,7 @@ export function atFrame(f) {
   };
 }
 
-/** The lines of pictograms, in a square of 24. */
+/** The lines of icons, in a square of 24. */
 const ICONS = {
   select: "M5 3l14 8-6.5 1.5L9 19z",
   person: "M12 4a3 3 0 1 1 0 6 3 3 0 0 1 0-6zM5.5 20c.5-4 3-6.5 6.5-6.5s6 2.5 6.5 6.5",
@@ -147,7 +147,7 @@ const ICONS = {
 };
 
 /**
- * Makes a pictogram.
+ * Creates an icon.
  * @param {string} name
  * @returns {SVGElement}
  */
@@ -159,7 +159,7 @@ export function icon(name) {
   );
 }
 
-/** Makes a button with a pictogram and perhaps a text. */
+/** Creates a button with an icon and perhaps a text. */
 export function button(name, title, onclick, { text = "", ...rest } = {}) {
   return h(
     "button",

@@ -3,17 +3,17 @@ import { headingOf, isGoal, isOnMap, moveOps, outlinesAfter, placeOf, turnOps } 
 import { copied, duplicateOps, wordsFor, withStart } from "./changes.js";
 
 /**
- * Makes the drags that change parts: each is a gesture, which shows what it
- * does and becomes one edit when it ends.
+ * Creates the drags that change parts: each is a gesture, which shows its
+ * effect and becomes one edit when it ends.
  * @param store
  * @param map
  * @param {{world: Function, snapped: Function, ended: Function}} host
- *   The place of an event; the same, snapped; and what is told of the end.
+ *   The place of an event; the snapped place; and a handler of the end.
  */
 export function makeDrags(store, map, { world, snapped, ended }) {
   const { element } = map;
 
-  /** Shows operations that are not an edit yet, and has them checked. */
+  /** Shows operations as a preview, and has them checked. */
   function show(base, ops) {
     map.render(applied(base, ops), outlinesAfter(base, store.outlines, ops));
     store.preview(ops);
@@ -44,7 +44,7 @@ export function makeDrags(store, map, { world, snapped, ended }) {
       move(event) {
         ops = opsFor(base, event);
         show(base, ops);
-        // Those that have just come into being, as copies do.
+        // New parts, such as copies.
         map.lift(drawings(paths));
       },
       end() {
@@ -107,7 +107,7 @@ export function makeDrags(store, map, { world, snapped, ended }) {
       const [x, y] = snapped(world(event), event, { corners: true, besides: keyOf(path) });
       const [dx, dy] = [x - value.center[0], y - value.center[1]];
       const local = [c * dx + s * dy, c * dy - s * dx];
-      // The opposite side stays where it is.
+      // The opposite side does not move.
       const size = value.size.map((old, i) => ([u, v][i] ? Math.max(0.02, [u, v][i] * local[i] + old / 2) : old));
       const shift = [u, v].map((sign, i) => (sign * (size[i] - value.size[i])) / 2);
       const center = [value.center[0] + c * shift[0] - s * shift[1], value.center[1] + s * shift[0] + c * shift[1]];

@@ -38,7 +38,7 @@ function bottomPanels(store) {
 }
 
 /**
- * Builds the editor in an element, and asks for the scenario.
+ * Builds the editor in an element, and requests the scenario.
  * @param {HTMLElement} root
  * @param {{send: function(Object): void, on: function(function(Object): void): void}} host
  * @param {{leftFolded?: boolean, embedded?: boolean, openResult?: function(number, string, string): void}} options
@@ -89,7 +89,7 @@ export function startEditor(root, host, options = {}) {
   return store;
 }
 
-/** Puts the outline on the left, or into a tab where there is no room. */
+/** Puts the outline on the left, or into a tab if there is no room. */
 function layOut(root, left, outline, right, { leftFolded = false }) {
   let narrow = null;
   root.classList.toggle("left-folded", leftFolded);
@@ -107,7 +107,7 @@ function layOut(root, left, outline, right, { leftFolded = false }) {
   }).observe(root);
 }
 
-/** Shows short messages, and has them and the number of faults read aloud. */
+/** Shows short messages; screen readers also read the number of faults. */
 function tellAloud(store, live, toast) {
   let timer = 0;
   let number = 0;

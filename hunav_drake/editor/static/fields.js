@@ -4,21 +4,21 @@ import { resetOp, setOp } from "./changes.js";
 import { rangeOf } from "./schema.js";
 
 /**
- * One value in a form: of one part, or the same of several parts.
+ * One value in a form, of one or of several parts.
  *
- * A field is {element, refresh}; it is made once, so that what is typed and
- * where the caret is stay, and `refresh` shows the present value.
+ * A field is {element, refresh}; it is created once, so that typed text and
+ * the caret stay, and `refresh` shows the current value.
  */
 
-/** Returns what a fault says, with its remedy. */
+/** Returns the text of a fault, with its remedy. */
 export function sentence({ message, remedy }) {
   return remedy && !message.includes(remedy) ? `${message}: ${remedy}` : message;
 }
 
-/** Returns a field's name for people: "desired speed". */
+/** Returns the label of a field: "desired speed". */
 export const words = (name) => String(name).replace(/_/g, " ");
 
-/** What a form is about: parts at `bases`, all of the same schema. */
+/** The subject of a form: parts at `bases`, all with the same schema. */
 export class Target {
   constructor(store, bases, what) {
     this.store = store;
@@ -30,7 +30,7 @@ export class Target {
     return this.bases.map((base) => valueAt(this.store.data, [...base, ...path]));
   }
 
-  /** The value, undefined if it is not given, or `mixed`. */
+  /** The value, undefined if it is missing, or `mixed`. */
   value(path) {
     const [first, ...others] = this.values(path);
     return others.every((it) => sameValue(it, first)) ? { value: first, mixed: false } : { value: undefined, mixed: true };
@@ -94,7 +94,7 @@ export function row(target, node, path, control, { deep = true, wide = false, in
   };
 }
 
-/** Returns the number that a text says, also in degrees, or null. */
+/** Returns the number of a text, also in degrees, or null. */
 function parseNumber(text, isAngle = false) {
   const found = /^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(deg|°|pi|π)?\s*$/i.exec(text);
   if (!found) return null;
@@ -106,7 +106,7 @@ function parseNumber(text, isAngle = false) {
 
 const shownNumber = (it) => (typeof it === "number" ? String(Math.round(it * 1e6) / 1e6) : it === undefined || it === null ? "" : String(it));
 
-/** Returns a number as it is shown where there is no room for more digits. */
+/** Returns the short text of a number. */
 export const toMillimeters = (it) => (typeof it === "number" ? Math.round(it * 1e3) / 1e3 : it);
 
 const STEPS = { m: 0.05, "m/s": 0.1, rad: Math.PI / 36, s: 0.5 };
@@ -150,7 +150,7 @@ export function numberInput(node, { read, write, clear, label = "" }) {
     const text = shownNumber(value);
     input.placeholder = mixed ? "mixed" : shownNumber(fallback);
     if (!always && document.activeElement === input && document.hasFocus()) {
-      // What is being typed stays, unless another number came from elsewhere.
+      // Text that is being typed stays, unless the value has changed.
       return;
     }
     if (input.value !== text && !(always && input.classList.contains("unread") && input.value)) input.value = text;
@@ -195,7 +195,7 @@ export function textField(target, node, path) {
   };
 }
 
-/** A list box: of an enum, or of truths that may be left out. */
+/** A list box for an enum, or for an optional boolean. */
 export function choiceField(target, node, path, options = null) {
   const list = () => options?.() ?? node.values.map((it) => [it, words(it)]);
   const select = h("select", {

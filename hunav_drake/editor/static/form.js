@@ -6,17 +6,17 @@ import { describe, memberOf, nodeAt } from "./schema.js";
 import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
-/** What of a person, a wall or the robot is asked for first. */
+/** The first fields of a person, a wall or the robot. */
 const FIRST = ["name", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
 
-/** Returns the parts that forms are of: the person of a goal, the robot. */
+/** Returns the parts that have forms: the person of a goal, the robot. */
 function ownersOf(paths) {
   const owners = paths.map((it) => (isGoal(it) ? it.slice(0, 2) : isRobotPlace(it) ? it.slice(0, 1) : it));
   const seen = new Map(owners.map((it) => [keyOf(it), it]));
   return [...seen.values()];
 }
 
-/** Returns what tells apart forms: parts of equal marks have one form. */
+/** Returns the mark of a part: parts with equal marks share a form. */
 function markOf(store, path) {
   const node = nodeAt(store.catalog.schema, store.data, path);
   const tag = node.kind === "union" ? memberOf(node, valueAt(store.data, path))?.tag : "";
@@ -24,8 +24,8 @@ function markOf(store, path) {
 }
 
 /**
- * Adds a strip below a form that tells of the field in hand: nothing moves
- * when it changes, as below each field it would.
+ * Adds a strip below a form with the help of the focused field, so that nothing
+ * moves when it changes.
  */
 function withHelp(element) {
   const strip = h("div", { class: "help-strip", "aria-hidden": "true", hidden: true });
@@ -42,7 +42,7 @@ function withHelp(element) {
   return h("div", { class: "with-help" }, element, strip);
 }
 
-/** Makes the form of what is selected. */
+/** Creates the form of the selected parts. */
 export function makeFormPanel(store) {
   const title = h("h2", { class: "panel-title" });
   const actions = h("div", { class: "actions" });
@@ -64,7 +64,7 @@ export function makeFormPanel(store) {
       if (!owners.length) {
         fill(body, overview(store));
       } else if (marks.size > 1) {
-        fill(body, h("p", { class: "help shown" }, "These parts are of different kinds. They can be moved, aligned, copied and deleted together."));
+        fill(body, h("p", { class: "help shown" }, "These parts are of different types. They can be moved, aligned, copied and deleted together."));
       } else {
         let node = nodeAt(root, store.data, owners[0]);
         if (node.kind === "union") {
@@ -121,7 +121,7 @@ export function makeFormPanel(store) {
   return withHelp(element);
 }
 
-/** What is said while nothing is selected. */
+/** The text if nothing is selected. */
 function overview(store) {
   const count = (n, one, many) => `${n} ${n === 1 ? one : many}`;
   const facts = () => {
@@ -145,7 +145,7 @@ function overview(store) {
   ];
 }
 
-/** Makes the form of the trial: all but people, walls and furniture. */
+/** Creates the form of the trial: all except people, walls and furniture. */
 export function makeTrialPanel(store) {
   const body = h("div", { class: "form-body" });
   const element = h("div", { class: "panel form" }, body);

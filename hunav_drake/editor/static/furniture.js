@@ -4,7 +4,7 @@ import { addParts, boxOutline, newName } from "./newparts.js";
 
 const FURNITURE = ["world", "furniture"];
 
-/** Furniture: a palette of its kinds, each placed by a click. */
+/** A palette of furniture, which is placed by clicks. */
 export function furnitureTool(store, map) {
   let kind = null;
   const search = h("input", { type: "search", placeholder: "Furniture …", "aria-label": "Kind of furniture", oninput: () => showKinds() });
@@ -15,7 +15,7 @@ export function furnitureTool(store, map) {
   const members = () => membersOf(store.catalog.schema, ["world", "furniture", 0]);
   function choose(member) {
     kind = member;
-    // Out of the way of what is to be clicked.
+    // Away from the click targets.
     palette.hidden = true;
     store.tell("hint", { text: tool.hint });
     map.element.focus({ preventScroll: true });
@@ -52,7 +52,7 @@ export function furnitureTool(store, map) {
     icon: "furniture",
     key: "f",
     get hint() {
-      return kind ? `Click where the ${kind.tag.replace(/_/g, " ")} is to be; F chooses another kind.` : "Choose a kind of furniture.";
+      return kind ? `Click to place the ${kind.tag.replace(/_/g, " ")}; F chooses another kind.` : "Choose a kind of furniture.";
     },
     enter() {
       palette.hidden = false;

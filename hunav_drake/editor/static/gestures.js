@@ -6,12 +6,12 @@ import { addWheelAndPinch } from "./zoom.js";
 import { svg } from "./dom.js";
 import { outline } from "./shapes.js";
 
-/** A press becomes a drag after so many pixels. */
+/** The distance after which a press becomes a drag, in pixels. */
 const THRESHOLD = 3;
 
 /**
- * Adds what the mouse, a pen or a finger does on the map: select, move, turn,
- * resize, select by a box, pan. Adding is the tools'.
+ * Adds the gestures of mouse, pen and finger on the map: select, move, turn,
+ * resize, select by a box, pan. The tools add parts.
  */
 export function addGestures(store, map, tools) {
   const { element } = map;
@@ -25,7 +25,7 @@ export function addGestures(store, map, tools) {
 
   const world = (event) => map.view.toWorld(...map.pixels(event));
 
-  /** Returns a place on the grid of 0.1 m, or on a corner nearby. */
+  /** Returns a place on the grid of 0.1 m, or on a near corner. */
   function snapped(at, event, { corners = false, besides = null } = {}) {
     if (!store.snap || event.altKey) return at.map(round);
     const corner = corners && cornerNear(store.outlines, at, 10 / map.scale, besides);
@@ -182,7 +182,7 @@ export function addGestures(store, map, tools) {
   });
   element.addEventListener("pointerleave", () => store.tell("pointer", { at: null }));
   element.addEventListener("focusin", (event) => {
-    // Focus selects, but for that which a press gives.
+    // Focus selects, except after a press.
     const key = event.target.getAttribute?.("data-key");
     if (key && !gesture && event.target.matches(":focus-visible") && isOnMap(pathOf(key))) store.select([pathOf(key)]);
   });
@@ -192,7 +192,7 @@ export function addGestures(store, map, tools) {
     get busy() {
       return gesture !== null;
     },
-    /** Takes a gesture back; returns whether there was one. */
+    /** Cancels the gesture; returns whether there was one. */
     cancel() {
       if (!gesture) return false;
       gesture.cancel();

@@ -2,12 +2,12 @@ import { fill, svg } from "./dom.js";
 import { behaviorOf, peopleOf } from "./things.js";
 import { inkOn, outline } from "./shapes.js";
 
-/** How many points of its way a body trails behind it during a run. */
+/** The number of points in the trail of a body during a run. */
 const TRAIL = 60;
 
 const degrees = (angle) => (angle * 180) / Math.PI;
 
-/** One body of a run: where it is, and the way that it went. */
+/** A body of a run, with its pose and its path. */
 class Ghost {
   constructor(isRobot) {
     this.trail = [];
@@ -28,13 +28,13 @@ class Ghost {
     this.body.classList.toggle("reacts", reacts);
   }
 
-  /** Puts it at a pose, or nowhere. */
+  /** Sets its pose; null hides it. */
   put(pose) {
     this.body.style.display = pose ? "" : "none";
     if (pose) this.body.setAttribute("transform", `translate(${pose[0]} ${pose[1]}) rotate(${degrees(pose[2])})`);
   }
 
-  /** Lets it come to a pose, with its trail behind it. */
+  /** Moves it to a pose, with its trail. */
   follow(pose) {
     this.put(pose);
     if (pose) this.trail.push(pose);
@@ -51,8 +51,8 @@ function between(a, b, share) {
 }
 
 /**
- * Draws a run over the map: bodies as they come during the run, and afterwards
- * whole paths with the bodies at a time that can be chosen.
+ * Draws a run over the map: live bodies during the run, and afterwards whole
+ * paths with the bodies at a chosen time.
  */
 export function makeGhosts(store) {
   const ways = svg("g", { class: "ghost-ways" });
@@ -85,7 +85,7 @@ export function makeGhosts(store) {
   }
 
   return {
-    /** Shows an instant of a run that goes on. */
+    /** Shows a frame of a running run. */
     frame(message) {
       prepare(1 + message.people.length);
       if (run !== message.run || paths) {
@@ -97,7 +97,7 @@ export function makeGhosts(store) {
       [message.robot, ...message.people].forEach((pose, i) => ghosts[i].follow(pose));
     },
 
-    /** Shows the paths of a run that has ended. */
+    /** Shows the paths of a finished run. */
     paths(number, given) {
       run = number;
       paths = given;
@@ -120,7 +120,7 @@ export function makeGhosts(store) {
       });
     },
 
-    /** Puts all bodies where they were at a time, in seconds. */
+    /** Moves all bodies to their poses at a time, in seconds. */
     at(time) {
       if (!paths) return;
       const { times } = paths;
@@ -133,7 +133,7 @@ export function makeGhosts(store) {
       ghosts.forEach((ghost, n) => ghost.put(between(a[n], b[n], share)));
     },
 
-    /** Takes everything away. */
+    /** Removes everything. */
     clear() {
       ways.remove();
       bodies.remove();

@@ -2,13 +2,13 @@ import { svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
 import { headingOf, isPoint, isPose } from "./things.js";
 
-/** Shapes of more corners have none that can be dragged one by one. */
+/** The maximum number of corners with handles. */
 const MOST_CORNERS = 80;
 
-/** The distance of the handle that turns, in pixels from the outline. */
+/** The distance of the turn handle from the outline, in pixels. */
 const ARM = 22;
 
-/** Returns what is beside a part's corner: signs along its own x and y. */
+/** Returns the signs of a corner along the part's x and y. */
 const SIZES = [
   [-1, -1],
   [0, -1],
@@ -20,7 +20,7 @@ const SIZES = [
   [-1, 0],
 ];
 
-/** Returns the handles of the one part that is selected, as plain data. */
+/** Returns the handles of the single selected part, as plain data. */
 function handlesOf(data, path, scale) {
   const value = valueAt(data, path);
   const px = 1 / scale;
@@ -35,7 +35,7 @@ function handlesOf(data, path, scale) {
     if (isPoint(value?.size) && !isPose(value)) {
       const [w, d] = value.size;
       for (const [u, v] of SIZES) {
-        // Small things have only the handles that do not overlap.
+        // Small parts have only handles that do not overlap.
         if (Math.min(w, d) * scale < 24 && (u === 0 || v === 0)) continue;
         const [dx, dy] = [(u * w) / 2, (v * d) / 2];
         handles.push({ name: `size ${u} ${v}`, x: at[0] + c * dx - s * dy, y: at[1] + s * dx + c * dy, square: true });
@@ -55,7 +55,7 @@ function handlesOf(data, path, scale) {
   return handles;
 }
 
-/** Draws the handles of what is selected into a group. */
+/** Draws the handles of the selection into a group. */
 export function drawHandles(group, store, { data }, scale) {
   const path = store.selection.length === 1 ? store.selection[0] : null;
   const list = path ? handlesOf(data, path, scale) : [];

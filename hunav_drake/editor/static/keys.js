@@ -5,12 +5,12 @@ import { partsOf } from "./outline.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
-/** The kind of what is copied, so that other text is not taken for it. */
+/** The type of copied parts, which distinguishes them from other text. */
 const MARK = "hunav_drake parts";
 
 /**
- * Adds the keys: those of the map while it has the focus, those of the whole
- * editor anywhere in it. What is handled goes no further.
+ * Adds the keys: those of the map while it has the focus, and those of the whole
+ * editor. Handled keys do not propagate.
  */
 export function addKeys(store, map, tools, gestures, root) {
   const { element } = map;
@@ -72,8 +72,8 @@ export function addKeys(store, map, tools, gestures, root) {
   }
 
   /**
-   * Goes to the next part in the order of the outline; false at the ends, from
-   * which, as from the buttons over the map, Tab leads on as everywhere.
+   * Moves to the next part in the order of the outline; false at the ends, where
+   * Tab moves on as usual.
    */
   function next(step) {
     const here = document.activeElement?.getAttribute?.("data-key");
@@ -129,7 +129,7 @@ export function addKeys(store, map, tools, gestures, root) {
     G: () => group(false),
   };
 
-  /** Gives the focus to the first corner of what is selected. */
+  /** Focuses the first corner of the selection. */
   function cornersOf() {
     element.querySelector("[data-handle^='corner']")?.focus();
   }
@@ -179,7 +179,7 @@ export function addKeys(store, map, tools, gestures, root) {
     if (letter === "s") return store.tell("save"), true;
     if (event.key === "Enter") return store.tell("run"), true;
     if (event.key === ".") return store.send({ do: "cancel" }), true;
-    // In a field, these are the field's own.
+    // A field handles these keys.
     if (inField && !inField.matches("[type=checkbox], select")) return false;
     if (letter === "z") return event.shiftKey ? store.redoStep() : store.undoStep(), true;
     if (letter === "y") return store.redoStep(), true;
@@ -226,7 +226,7 @@ export function addKeys(store, map, tools, gestures, root) {
     const places = paths.map((it) => placeOf(after, {}, it)).filter(isPoint);
     const [x, y] = map.view.middle;
     const mean = (axis) => places.reduce((sum, it) => sum + it[axis], 0) / (places.length || 1);
-    // Beside the original where that is in sight, else in the middle.
+    // Near the original if it is visible, else in the middle.
     const near = places.some((it) => Math.abs(it[0] - x) < map.view.width / map.scale / 2 && Math.abs(it[1] - y) < map.view.height / map.scale / 2);
     const [dx, dy] = near ? [0.5, -0.5] : [round(x - mean(0)), round(y - mean(1))];
     const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));

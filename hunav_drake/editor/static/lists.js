@@ -6,7 +6,7 @@ import { numberInput, row, toMillimeters, words } from "./fields.js";
  * Fields of lists of plain values: points, words, numbers, weights.
  */
 
-/** A table of points, which are reordered by Alt and an arrow. */
+/** A table of points, which Alt and arrows reorder. */
 export function pointsField(target, node, path) {
   const list = h("div", { class: "points", role: "group" });
   const add = button("plus", "Add a point", () => write([...points(), points().at(-1)?.map((it) => it + 1) ?? [0, 0]]), { text: "Add" });
@@ -69,7 +69,7 @@ export function pointsField(target, node, path) {
   };
 }
 
-/** Returns the field of a list of words of which some are checked. */
+/** Returns the field of a list of words with check boxes. */
 function checksField(target, node, path) {
   const { values } = node.item;
   const present = () => target.value(path).value ?? node.fallback ?? [];
@@ -111,7 +111,7 @@ function lineField(target, node, path, { hint, read, show }) {
   };
 }
 
-/** A list of words or numbers: separated by commas, or boxes to check. */
+/** A list of words or numbers: separated by commas, or check boxes. */
 export function textsField(target, node, path) {
   const { kind } = node.item;
   if (kind === "enum") return checksField(target, node, path);

@@ -1,7 +1,7 @@
 /**
- * How behaviors look: a color of Okabe and Ito, and a letter for those who
- * cannot tell the colors apart. The names and colors are those of the catalog;
- * until it comes, those of the package.
+ * The look of behaviors: a color of Okabe and Ito, and a letter for
+ * color-blind people. Names and colors are those of the catalog;
+ * before it arrives, those of the package.
  */
 const KNOWN = [
   ["regular", "#0072b2"],
@@ -14,10 +14,10 @@ const KNOWN = [
   ["cooperative", "#7f7f7f"],
 ];
 
-/** Black is not seen on a dark floor. */
+/** Black is invisible on a dark floor. */
 const DARK = { "#000000": "#4d4d4d" };
 
-/** Returns {color, letter} of a behavior; two letters where one is not enough. */
+/** Returns {color, letter} of a behavior; two letters if one is ambiguous. */
 export function lookOf(catalog, name) {
   const all = catalog.behaviors?.length ? catalog.behaviors.map((it) => [it.name, it.color]) : KNOWN;
   const color = all.find(([other]) => other === name)?.[1] ?? "#7f7f7f";

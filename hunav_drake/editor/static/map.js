@@ -9,17 +9,17 @@ import { makeMarks } from "./marks.js";
 import { drawHandles } from "./handles.js";
 
 /**
- * The map: what does not move in one SVG, and above it a second one with what
- * is being dragged, so that a frame of a drag repaints only that.
+ * The map: one SVG with fixed parts, and above it a second one with parts that
+ * are dragged, so that a drag repaints only these.
  */
 
 const NONE = {};
 
-/** From back to front; each is a group of the lower SVG. */
+/** The layers from back to front; each is a group of the lower SVG. */
 const LAYERS = ["areas", "fixtures", "groups", "chains", "robots", "people"];
 
 /**
- * Makes the map of a store.
+ * Creates the map of a store.
  */
 export function makeMap(store) {
   const view = new View();
@@ -37,7 +37,7 @@ export function makeMap(store) {
   const lifted = svg("svg", { class: "lifted" }, raised);
   const element = h(
     "div",
-    { class: "map", tabindex: 0, role: "application", "aria-label": "Map of the scenario. Tab goes to its parts, ? shows the keys." },
+    { class: "map", tabindex: 0, role: "application", "aria-label": "Map of the scenario. Tab moves to its parts, ? shows the keys." },
     base,
     lifted,
     backdrop.front,
@@ -46,13 +46,13 @@ export function makeMap(store) {
   /** @type {Map<string, {shape: any, value: any, layer: string}>} */
   const drawn = new Map();
   let shown = { data: store.data, outlines: store.outlines };
-  // Whether all has been shown once, and whether the view is still that.
+  // Whether all was shown once, and whether the view has not changed since.
   let fitted = false;
   let isFitted = false;
   let sized = false;
 
   const look = (name) => lookOf(store.catalog, name);
-  // One object, for drawings are made anew where it is another.
+  // One object, because another one would recreate the drawings.
   const personDefaults = () => store.catalog.defaults?.human ?? NONE;
 
   function draw(key, layer, value, make, update, others = []) {
@@ -70,7 +70,7 @@ export function makeMap(store) {
     entry.shape.zoomed(view.scale);
   }
 
-  /** Draws data and outlines, changing only what differs from before. */
+  /** Draws data and outlines, and updates only differences. */
   function render(data = store.data, outlines = store.outlines) {
     shown = { data, outlines };
     const focused = element.contains(document.activeElement) ? document.activeElement : null;
@@ -94,7 +94,7 @@ export function makeMap(store) {
       draw(key, "robots", pose, () => new RobotShape(key, i === 1), (it) => it.update(pose, radius), [radius]);
     });
     const way = places.every(isPose) ? outline(places, false) : "";
-    // Setting the same anew would have all of the lower SVG painted again.
+    // Setting an equal value would repaint the whole lower SVG.
     if (mission.getAttribute("d") !== way) mission.setAttribute("d", way);
     drawGroups(data);
     for (const [key, entry] of drawn) {
@@ -121,7 +121,7 @@ export function makeMap(store) {
     layers.groups.replaceChildren(...paths.map((it) => svg("path", { class: "group", d: it })));
   }
 
-  /** After the view has changed. */
+  /** Updates it after a change of the view. */
   function showView() {
     world.setAttribute("transform", view.matrix);
     raised.setAttribute("transform", view.matrix);
@@ -149,15 +149,15 @@ export function makeMap(store) {
       return view.scale;
     },
 
-    /** What is drawn: data and outlines, as they are during a drag. */
+    /** The drawn data and outlines, also during a drag. */
     get shown() {
       return shown;
     },
 
-    /** Makes all but the ghosts pale, while a run is shown. */
+    /** Makes all except the ghosts pale, while a run is shown. */
     dim: (on) => element.classList.toggle("dimmed", on),
 
-    /** Shows all of the scenario. */
+    /** Shows the whole scenario. */
     fit() {
       isFitted = true;
       view.fit(boundsOf(store.data, store.outlines));
@@ -176,13 +176,13 @@ export function makeMap(store) {
       map.looked();
     },
 
-    /** Returns the pixels of an event on the map. */
+    /** Returns the position of an event on the map, in pixels. */
     pixels(event) {
       const box = element.getBoundingClientRect();
       return [event.clientX - box.left, event.clientY - box.top];
     },
 
-    /** Takes drawings into the upper SVG. */
+    /** Moves drawings to the upper SVG. */
     lift(keys) {
       const focused = document.activeElement;
       for (const key of keys) {
@@ -195,7 +195,7 @@ export function makeMap(store) {
       if (held.contains(focused)) focused.focus({ preventScroll: true });
     },
 
-    /** Puts them back. */
+    /** Moves them back. */
     drop() {
       const focused = document.activeElement;
       const inside = held.contains(focused);
@@ -207,7 +207,7 @@ export function makeMap(store) {
       if (inside) focused.focus({ preventScroll: true });
     },
 
-    /** Gives the focus to a part, if it is drawn, else to the map. */
+    /** Focuses a part, if it is drawn, else the map. */
     focus(path) {
       const found = path && element.querySelector(`[data-key="${CSS.escape(keyOf(path))}"]`);
       (found ?? element).focus({ preventScroll: true });
@@ -227,7 +227,7 @@ export function makeMap(store) {
   store.listen("data", redraw);
   store.listen("catalog", redraw);
   store.listen("state", ({ changes }) => {
-    // Another file, or another template: all of it is to be seen.
+    // Another file or template is shown as a whole.
     if (changes.some(([path]) => path.length === 0) && map.fitNext) {
       map.fitNext = false;
       map.fit();

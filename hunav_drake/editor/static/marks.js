@@ -7,13 +7,13 @@ function nearest(drawn, path) {
   for (let n = path.length; n >= 2; n--) {
     const key = keyOf(path.slice(0, n));
     if (drawn.has(key)) return key;
-    // Goals are drawn with the chain of their person.
+    // Goals are drawn with their person.
     if (n === 4 && path[2] === "goals") return key;
   }
   return path[0] === "robot" ? keyOf(START) : null;
 }
 
-/** Shows what is read of faults where one points at it. */
+/** Shows the faults of a drawing as its tooltip. */
 function tell(element, title, faults) {
   const text = faults.map((it) => it.message).join("\n");
   if (element.told === `${title}\n${text}`) return;
@@ -28,8 +28,8 @@ function tell(element, title, faults) {
 }
 
 /**
- * Returns a function that marks what is selected, at fault, or used by a
- * fault, and says the same in words.
+ * Returns a function that marks parts that are selected, faulty, or used by a
+ * fault, and describes them in words.
  */
 export function makeMarks(store, map) {
   function titleOf(path) {

@@ -5,19 +5,19 @@ const PATH = ["evaluator", "metrics"];
 
 const SIGNS = { lower: ["↓", "lower is better"], higher: ["↑", "higher is better"], none: ["", "neither is better"] };
 
-/** Returns the families of metrics, each with its members. */
+/** Returns the families of metrics, with their members. */
 function familiesOf(metrics) {
   const families = new Map();
   for (const it of metrics) families.set(it.family, [...(families.get(it.family) ?? []), it]);
   return families;
 }
 
-/** Returns the paragraphs of a text; lines that are set in stay lines. */
+/** Returns the paragraphs of a text; indented lines stay lines. */
 function paragraphs(text) {
   return text.split(/\n\s*\n/).map((part) => (/^\s/m.test(part) ? part : part.replace(/\n/g, " ")));
 }
 
-/** Returns the names that a list stands for: families, "paper", "all". */
+/** Returns the metrics of a list of names, families, "paper" and "all". */
 function chosenBy(list, metrics) {
   const chosen = new Set();
   for (const word of list) {
@@ -28,7 +28,7 @@ function chosenBy(list, metrics) {
   return chosen;
 }
 
-/** Returns the shortest list that stands for metrics. */
+/** Returns the shortest list for metrics. */
 function shortest(chosen, metrics) {
   if (metrics.every((it) => chosen.has(it.name))) return ["all"];
   const cover = (list, left) => {
@@ -49,7 +49,7 @@ function shortest(chosen, metrics) {
   return lists.reduce((a, b) => (b.length < a.length ? b : a));
 }
 
-/** Makes the panel on which the metrics of the trial are chosen. */
+/** Creates the panel to choose the metrics of the trial. */
 export function makeMetricsPanel(store) {
   const search = h("input", { type: "search", placeholder: "Search metrics", "aria-label": "Search metrics", oninput: () => show() });
   const whole = h("div", { class: "metric-sets" });
@@ -72,7 +72,7 @@ export function makeMetricsPanel(store) {
   }
 
   function write(words, label) {
-    // Not known here, they are left as they are, with their fault.
+    // Unknown ones are not changed, and have a fault.
     const unknown = list().filter((word) => !chosenBy([word], metrics()).size);
     store.edit(label, [setOp(store.data, PATH, [...words, ...unknown])]);
   }
@@ -119,7 +119,7 @@ export function makeMetricsPanel(store) {
     count.textContent = all.length ? `${chosen.size} of ${all.length}` : "";
     search.hidden = !all.length;
     if (!all.length) {
-      fill(body, h("p", { class: "empty" }, "The metrics come when the simulation is loaded."));
+      fill(body, h("p", { class: "empty" }, "The metrics appear when the simulation is loaded."));
       return;
     }
     const names = (some) => some.map((it) => it.name);

@@ -9,7 +9,7 @@ export function newName(store, list, stem) {
   return freeName(`${stem}_1`, new Set((store.get(list) ?? []).map((it) => it?.name)));
 }
 
-/** Adds parts of the world with outlines as they will be; selects them. */
+/** Adds parts of the world with preliminary outlines, and selects them. */
 export function addParts(store, label, parts, outlines) {
   const { ops, paths } = addOps(store.data, parts);
   const shown = { ...store.outlines };
@@ -27,5 +27,5 @@ export function corners({ center: [x, y], size: [w, d], yaw = 0 }) {
   return signs.map(([u, v]) => [x + (c * u * w - s * v * d) / 2, y + (s * u * w + c * v * d) / 2]);
 }
 
-/** Returns the outline of a box, as it is until Python tells it. */
+/** Returns the preliminary outline of a box, before Python sends it. */
 export const boxOutline = (box, kind = "box") => ({ points: corners(box), closed: true, kind, height: box.height ?? 2.5 });

@@ -4,7 +4,7 @@ import { GOAL, HUMANS, ROBOT, START, behaviorOf, groupOf, isPose, nameOf, people
 import { lookOf } from "./looks.js";
 import { inkOn } from "./shapes.js";
 
-/** Returns what there is, by its parts: [{title, key, items: [path...]}]. */
+/** Returns the parts by section: [{title, key, items: [path...]}]. */
 export function partsOf(data) {
   const parts = [{ title: "People", key: HUMANS, items: peopleOf(data).map((_, i) => [HUMANS, i]) }];
   parts.push({ title: "Robot", key: ROBOT, items: [START, GOAL].filter((path, i) => i === 0 || isPose(data.robot?.goal)) });
@@ -14,7 +14,7 @@ export function partsOf(data) {
   return parts;
 }
 
-/** Makes the list of all parts, with a search. */
+/** Creates the list of all parts, with a search. */
 export function makeOutline(store) {
   const search = h("input", { type: "search", placeholder: "Search", "aria-label": "Search the parts", oninput: () => show() });
   const tree = h("div", { class: "outline-tree" });
@@ -119,7 +119,7 @@ export function makeOutline(store) {
   for (const kind of ["data", "catalog"]) store.listen(kind, later);
   let wrong = [];
   store.listen("faults", () => {
-    // Of hundreds of rows, those whose faults have changed.
+    // Only rows whose faults have changed.
     const now = [...rows.keys()].filter((key) => store.faults.some((it) => isWithin(it.path, pathOf(key))));
     for (const key of new Set([...wrong, ...now])) {
       if (rows.has(key) && store.get(pathOf(key)) !== undefined) update(pathOf(key));
@@ -148,8 +148,8 @@ export function makeOutline(store) {
       h("div", { class: "group-head" }, "Background"),
       h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.tell("background", {}))),
       opacity,
-      message.is_map ? null : button("measure", "Set the size of the picture by two places whose distance is known", () => store.tools.choose("scale"), { text: "Set scale" }),
-      button("polygon", "Make walls of what is dark", () => store.ask({ do: "trace" }), { text: "Trace walls" }),
+      message.is_map ? null : button("measure", "Set the size of the picture by two places with a known distance", () => store.tools.choose("scale"), { text: "Set scale" }),
+      button("polygon", "Convert dark areas to walls", () => store.ask({ do: "trace" }), { text: "Trace walls" }),
     );
   });
   return element;

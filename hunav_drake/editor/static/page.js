@@ -2,7 +2,7 @@ import { startEditor } from "./editor.js";
 import { keepUnsaved } from "./rescue.js";
 
 /**
- * The host of a page: a WebSocket, opened again when it was lost.
+ * The host of a page: a WebSocket, which reconnects.
  */
 function connect(root) {
   const listeners = [];

@@ -6,10 +6,10 @@ import { checkField, choiceField, numberField, textField, tupleField, words } fr
 import { mapField, pointsField, textsField } from "./lists.js";
 
 /**
- * Fields of values that consist of others: objects, unions, lists, tables.
+ * Fields of composed values: objects, unions, lists, tables.
  */
 
-/** Returns the field for what a schema says. */
+/** Returns the field for a schema. */
 export function makeField(target, root, node, path) {
   switch (node.kind) {
     case "number":
@@ -38,7 +38,7 @@ export function makeField(target, root, node, path) {
     case "map":
       return mapField(target, node, path);
     case "deferred":
-      return noteField(path, "Its settings come with the simulator, which is still starting.");
+      return noteField(path, "Its settings appear when the simulation is loaded.");
     default:
       return noteField(path, "Edit it in the YAML text.");
   }
@@ -49,11 +49,11 @@ function noteField(path, text) {
   return { element, refresh() {} };
 }
 
-/** A part that folds; what is in it is made when it is first unfolded. */
+/** A part that folds; its content is created when it is first unfolded. */
 function section(target, node, path, makeBody, extra = null) {
   const body = h("div", { class: "section-body" });
   const badge = h("span", { class: "badge-count", hidden: true });
-  const given = h("span", { class: "given", title: "Not all as by default", hidden: true });
+  const given = h("span", { class: "given", title: "Differs from the default", hidden: true });
   const name = words(path.at(-1) ?? node.title);
   const details = h("details", { class: "section" }, h("summary", { title: node.help }, h("span", { class: "section-name" }, name), given, badge), body);
   const element = h("div", { class: "section-choice", "data-field": path.join("/") }, details, extra);
@@ -77,7 +77,7 @@ function section(target, node, path, makeBody, extra = null) {
   };
 }
 
-/** The fields of an object, those named first in front; unknown keys last. */
+/** The fields of an object, with some first and unknown keys last. */
 export function objectBody(target, root, node, path, body, { without = [], first = [], rest = false } = {}) {
   const keys = Object.keys(node.properties).filter((key) => !without.includes(key));
   keys.sort((a, b) => (first.indexOf(a) + 1 || 99) - (first.indexOf(b) + 1 || 99));
@@ -99,7 +99,7 @@ export function objectBody(target, root, node, path, body, { without = [], first
   return {
     refresh() {
       fields.forEach((it) => it.refresh());
-      // What is at fault is not hidden.
+      // Faults are not hidden.
       if (more?.querySelector(".is-faulty")) more.open = true;
       const value = target.bases.length === 1 ? target.values(path)[0] : null;
       const strange = value && typeof value === "object" && !Array.isArray(value) ? Object.keys(value).filter((key) => !(key in node.properties)) : [];
@@ -144,7 +144,7 @@ function unionField(target, root, node, path) {
     const it = member && describe(root, member.schema);
     if (it?.kind === "object") inner = objectBody(target, root, it, path, body);
     else {
-      fill(body, it?.kind === "deferred" ? h("p", { class: "help shown" }, "Its settings come with the simulator, which is still starting.") : null);
+      fill(body, it?.kind === "deferred" ? h("p", { class: "help shown" }, "Its settings appear when the simulation is loaded.") : null);
       inner = { refresh() {} };
     }
   };

@@ -1,9 +1,9 @@
 import { button, fill, h, icon } from "./dom.js";
 
-/** How many seconds of a run go by in one. */
+/** The speeds relative to real time. */
 const PACES = [1, 2, 5, 10];
 
-/** Makes a slider of time with play and pause. */
+/** Creates a time slider with play and pause. */
 export function makePlayer(move) {
   let times = [0];
   let playing = 0;
@@ -54,12 +54,12 @@ export function makePlayer(move) {
     get time() {
       return time();
     },
-    /** Takes the times of a run, and goes to its end. */
+    /** Sets the times of a run, and moves to its end. */
     load(given) {
       pause();
       times = given;
       slider.max = String(times.at(-1));
-      // Fine enough for the last instant, which is no multiple of the step.
+      // Fine enough for the last time, which is not a multiple of the step.
       slider.step = "any";
       slider.value = String(times.at(-1));
       show();

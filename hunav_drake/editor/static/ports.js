@@ -3,12 +3,12 @@ import { setOp } from "./changes.js";
 import { Target, checkField, choiceField, numberField, textField } from "./fields.js";
 
 /**
- * The ports of a behavior tree, as a form. A behavior is written as a name
- * alone, `curious`, and once a port differs as a mapping,
+ * The ports of a behavior tree, as a form. A behavior is written as its name
+ * only, `curious`, or, if a port differs from its default, as a mapping,
  * `{type: curious, distance: 6.0}`.
  */
 
-/** People whose behaviors are set as if they always were mappings. */
+/** People whose behaviors are treated as mappings. */
 class PortTarget extends Target {
   constructor(store, paths, tree) {
     super(store, paths, () => (paths.length === 1 ? tree : `${tree}, ${paths.length} people`));
@@ -50,7 +50,7 @@ class PortTarget extends Target {
   }
 }
 
-/** Returns what a port is, as the forms describe values. */
+/** Returns the node of a port, for the forms. */
 function nodeOf(port) {
   const schema = port.schema ?? {};
   return {
@@ -69,11 +69,11 @@ function nodeOf(port) {
   };
 }
 
-/** Makes the forms of ports; one is shown at a time. */
+/** Creates the forms of ports, of which one is shown. */
 export function makePorts(store) {
   let fields = [];
   return {
-    /** Returns the form of a behavior's ports, for people who have it. */
+    /** Returns the form of the ports of some people's behavior. */
     build(entry, paths) {
       const target = new PortTarget(store, paths, entry.name);
       fields = entry.ports.map((port) => {
@@ -84,7 +84,7 @@ export function makePorts(store) {
         if (port.type === "number" || port.type === "integer") return numberField(target, node, path);
         return textField(target, node, path);
       });
-      if (!fields.length) return h("p", { class: "help shown" }, "It has no numbers to set.");
+      if (!fields.length) return h("p", { class: "help shown" }, "It has no ports to set.");
       return h("div", { class: "ports" }, h("h3", null, "Its numbers"), fields.map((it) => it.element));
     },
     refresh: () => fields.forEach((it) => it.refresh()),

@@ -2,7 +2,7 @@ import { button, h, refill } from "./dom.js";
 import { isOnMap, nameOf } from "./things.js";
 import { sentence } from "./fields.js";
 
-/** Selects the part that a fault is about, and shows its form. */
+/** Selects the part with a fault, and shows its form. */
 function showFault(store, fault) {
   for (let n = fault.path.length; n >= 2; n--) {
     const path = fault.path.slice(0, n);
@@ -17,7 +17,7 @@ function showFault(store, fault) {
   else store.showTab(fault.path.length ? "trial" : "yaml");
 }
 
-/** Makes the list of all faults. */
+/** Creates the list of all faults. */
 export function makeProblemsPanel(store) {
   const list = h("ul", { class: "problems" });
   const element = h("div", { class: "panel" }, list);

@@ -4,13 +4,13 @@ const PREFIX = "hunav-edit:";
 const DAYS = 14;
 
 /**
- * Keeps text that is not saved in the browser, by its file, and offers it
- * when the file is opened again without it, as after a crash.
+ * Keeps unsaved text in the browser, by file, and offers it
+ * when the file is opened again, as after a crash.
  */
 export function keepUnsaved(store) {
   const place = () => PREFIX + (store.filename ?? "");
   let looked = null;
-  // While it is offered, what is kept stays.
+  // Not while it is offered.
   let offered = false;
 
   const keep = later(200, () => {
@@ -23,7 +23,7 @@ export function keepUnsaved(store) {
         localStorage.removeItem(place());
       }
     } catch {
-      // Without storage, as in a private window, there is nothing to keep.
+      // There may be no storage, as in a private window.
     }
   });
 
@@ -40,7 +40,7 @@ export function keepUnsaved(store) {
   function offer({ text, time }) {
     offered = true;
     store.tell("ask", {
-      question: `There is work on this file from ${new Date(time).toLocaleString()} that was not saved.`,
+      question: `There are unsaved changes of this file from ${new Date(time).toLocaleString()}.`,
       yes: "Restore it",
       no: "Discard it",
       again: { do: "text", text },
@@ -60,6 +60,6 @@ export function keepUnsaved(store) {
     return keep();
   });
   store.listen("state", keep);
-  // The server may be another one, which knows nothing of the work.
+  // The server may be another one, which does not have the changes.
   store.listen("connection", ({ open }) => open && (looked = null));
 }

@@ -3,11 +3,11 @@ import { makeGhosts } from "./ghosts.js";
 import { makePlayer } from "./player.js";
 import { csvOf, endOf, makeRunTable } from "./runtable.js";
 
-/** More runs at once are a matter of `hunav bench`. */
+/** The maximum number of runs; for more, use `hunav bench`. */
 const MOST_RUNS = 1000;
 
 const SPEEDS = [
-  ["", "as fast as it can"],
+  ["", "as fast as possible"],
   ["1", "real time"],
   ["2", "2 × real time"],
   ["5", "5 × real time"],
@@ -15,8 +15,8 @@ const SPEEDS = [
 ];
 
 /**
- * Returns the seeds that a text names, as "0-4" or "1, 5, 9"; null if it
- * cannot be read.
+ * Returns the seeds of a text such as "0-4" or "1, 5, 9"; null if it
+ * is invalid.
  */
 function readSeeds(text) {
   const seeds = new Set();
@@ -30,7 +30,7 @@ function readSeeds(text) {
   return [...seeds];
 }
 
-/** Makes the panel of runs: what to run, how far it is, what came of it. */
+/** Creates the panel of runs: settings, progress and results. */
 export function makeRunsPanel(store) {
   /** @type {Map<number, any>} */
   const runs = new Map();
@@ -85,7 +85,7 @@ export function makeRunsPanel(store) {
     const chosen = runs.get(shown)?.result;
     table.show(all, summary, shown);
     empty.hidden = done.length > 0;
-    empty.textContent = isBusy() ? "The metrics of the trial come here when it has ended." : "Press Run. The robot and the people then move on the map, and the metrics of the trial come here.";
+    empty.textContent = isBusy() ? "The metrics of the trial appear here when it has ended." : "Press Run. The robot and the people then move on the map, and the metrics of the trial appear here.";
     bar.hidden = !chosen?.paths;
     line.hidden = !chosen;
     command.textContent = chosen?.command ?? "";
@@ -102,7 +102,7 @@ export function makeRunsPanel(store) {
     const going = all.filter((it) => !it.result);
     state.classList.toggle("is-dead", status === "dead");
     if (status === "dead") state.textContent = message;
-    else if (status !== "ready" && !(all.some((it) => it.result || it.progress !== undefined))) state.textContent = `${message || "The simulation is being loaded."}${going.length ? " The run begins when it is ready." : ""}`;
+    else if (status !== "ready" && !(all.some((it) => it.result || it.progress !== undefined))) state.textContent = `${message || "Loading the simulation."}${going.length ? " The run begins when it is ready." : ""}`;
     else if (going.length) state.textContent = all.length > 1 ? `${done.length} of ${all.length} runs are done` : "";
     else state.textContent = done.length === 1 ? [endOf(done[0].result), done[0].result.error ?? ""].filter(Boolean).join(": ") : done.length ? `${done.length} runs are done` : "";
     const moving = going.filter((it) => it.progress !== undefined).slice(0, 4);
@@ -142,14 +142,14 @@ export function makeRunsPanel(store) {
     const errors = store.faults.filter((it) => it.severity !== "warning");
     if (errors.length) {
       store.showTab("problems");
-      store.say(`It cannot run yet: ${errors[0].message}`);
+      store.say(`The scenario cannot run: ${errors[0].message}`);
       return;
     }
     const request = { do: "run", seeds: wanted, planners: [...chosenPlanners], speed: speed.value ? Number(speed.value) : null, workers: Number(workers.value) };
     store.ask(request);
   }
 
-  /** Shows a run that has ended on the map. */
+  /** Shows a finished run on the map. */
   function choose(number) {
     const paths = runs.get(number)?.result?.paths;
     shown = number;
@@ -182,7 +182,7 @@ export function makeRunsPanel(store) {
 
   store.listen("run", run);
   store.listen("runs", (message) => {
-    // They are told again when another page is opened.
+    // They are sent again when another page is opened.
     if (message.runs.some(({ run: number }) => runs.has(number))) return;
     runs.clear();
     summary = [];
@@ -191,11 +191,11 @@ export function makeRunsPanel(store) {
     player.pause();
     ghosts.clear();
     for (const it of message.runs) runs.set(it.run, { ...it });
-    // A new page is told of former runs; its map is the scenario's.
+    // A new page gets earlier runs, but shows the scenario.
     showOnMap(element.offsetParent !== null);
     refresh();
     if (!onMap) return;
-    // The panel may have come over a part of the map.
+    // The panel may cover a part of the map.
     requestAnimationFrame(() => requestAnimationFrame(() => store.map.fit()));
   });
   store.listen("frame", (message) => {
@@ -224,7 +224,7 @@ export function makeRunsPanel(store) {
     refresh();
   });
   store.listen("state", () => {
-    // Who edits looks at the scenario again, also while runs go on.
+    // An edit shows the scenario again, also during runs.
     const isEdit = seen !== store.revision && revision !== null && revision !== store.revision;
     seen = store.revision;
     if (isEdit && onMap) showOnMap(false);

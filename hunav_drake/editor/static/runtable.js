@@ -1,6 +1,6 @@
 import { h, refill } from "./dom.js";
 
-/** More runs than these have no column of their own. */
+/** The maximum number of runs with their own columns. */
 const MOST = 40;
 
 const ENDS = {
@@ -14,7 +14,7 @@ const ENDS = {
   running: "running",
 };
 
-/** Returns in words how a run ended. */
+/** Returns the end of a run in words. */
 export const endOf = (result) => ENDS[result.end_reason] ?? result.end_reason ?? "";
 
 const SIGNS = { lower: ["↓", "lower is better"], higher: ["↑", "higher is better"], none: ["", ""] };
@@ -25,10 +25,10 @@ function resultText(result, name) {
 }
 
 /**
- * Makes the table of metrics: a row for each, by family; a column for each
+ * Creates the table of metrics: a row for each, by family; a column for each
  * run, and before them mean and interval of each planner with several runs.
  * @param store
- * @param {function(number): void} choose Is called with a run that is clicked.
+ * @param {function(number): void} choose Called with a run that is clicked.
  */
 export function makeRunTable(store, choose) {
   const table = h("table", { class: "run-table" });
@@ -66,7 +66,7 @@ export function makeRunTable(store, choose) {
     });
   }
 
-  /** Shows runs with their results, statistics, and which run is chosen. */
+  /** Shows runs with their results, statistics, and the chosen run. */
   function show(runs, summary, shown) {
     const done = runs.filter((it) => it.result);
     const named = done.slice(0, MOST);

@@ -1,12 +1,12 @@
 import { svg } from "./dom.js";
 
 /**
- * Two clicks on a picture that is no map; then one says how far apart the
- * places are, and the picture gets its size.
+ * Sets the size of a picture: two clicks on it, and the distance of the
+ * places.
  */
 export function scaleTool(store, map) {
   let first = null;
-  // On the picture as it is, not on the grid of a size that is not known yet.
+  // Without the grid, because the size is not known yet.
   const exact = (place, event) => (event.pointerId ? map.view.toWorld(...map.pixels(event)) : place);
   const draw = (to) => map.sketch.replaceChildren(svg("path", { class: "sketch-line", d: `M${first.join(" ")}L${to.join(" ")}` }));
   return {

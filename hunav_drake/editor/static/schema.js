@@ -1,7 +1,7 @@
 import { valueAt } from "./data.js";
 
 /**
- * What a JSON schema says of a value, in the words of the forms.
+ * The nodes of forms, from a JSON schema.
  * @typedef {{kind: string, optional: boolean, help: string, title: string,
  *   unit: string, low?: number, high?: number, lowOpen?: boolean,
  *   fallback?: any, hasDefault: boolean, schema: any, [more: string]: any}} Node
@@ -19,7 +19,7 @@ function resolved(root, node) {
 const isNull = (it) => it.type === "null";
 const isOwn = (it) => it.pattern === "^[^:]+:[^:]+$" || Object.values(it.properties ?? {}).some((p) => p?.pattern === "^[^:]+:[^:]+$");
 
-/** Returns the members of a union, which their `type` tells apart. */
+/** Returns the members of a union, which have different `type`. */
 function unionOf(root, options) {
   const members = [];
   const names = [];
@@ -34,7 +34,7 @@ function unionOf(root, options) {
 }
 
 /**
- * Returns what a schema says.
+ * Returns the node of a schema.
  * @param {any} root The whole schema, for references.
  * @param {any} schema
  * @returns {Node}
@@ -90,7 +90,7 @@ export function describe(root, schema) {
   return node;
 }
 
-/** Returns the member of a union that a value is, or null. */
+/** Returns the member of a union of a value, or null. */
 export function memberOf(node, value) {
   const name = typeof value === "string" ? value : value?.type;
   const isUnnamed = name === undefined && value && typeof value === "object";
@@ -98,7 +98,7 @@ export function memberOf(node, value) {
   return node.members.find(is) ?? null;
 }
 
-/** Returns what the schema says at a path, for the choices in the data. */
+/** Returns the node at a path, for the choices in the data. */
 export function nodeAt(root, data, path) {
   let node = describe(root, root);
   for (let i = 0; i < path.length; i++) {
@@ -127,7 +127,7 @@ export function defaultsOf(schema) {
   return Object.fromEntries(entries.map(([key, it]) => [key, it.default]));
 }
 
-/** Returns a value to begin with: only what must be given. */
+/** Returns an initial value, with required keys only. */
 export function skeleton(root, node) {
   switch (node.kind) {
     case "union": {
@@ -140,7 +140,7 @@ export function skeleton(root, node) {
         const it = describe(root, node.properties[name]);
         if (it.kind !== "const") result[name] = skeleton(root, it);
       }
-      // Exactly one of several keys, as an area.
+      // Exactly one of several keys, as in an area.
       if (node.properties?.rectangle && node.properties?.point) result.rectangle = [0, 0, 2, 2];
       return result;
     }

@@ -2,16 +2,16 @@ import { fill, svg } from "./dom.js";
 import { behaviorOf, goalsOf, isPoint, isPose } from "./things.js";
 
 /**
- * The drawings of what is on the map, in meters, y up. Each keeps its elements
+ * The drawings on the map, in meters, y up. Each keeps its elements
  * and changes them when its value does; `zoomed` when the scale does.
  */
 
-/** Half of what is grabbed is at least this, in pixels. */
+/** The least half size of a click target, in pixels. */
 const GRAB = 10;
-/** Below this diameter, in pixels, people have no names. */
+/** The least diameter of people with names, in pixels. */
 const TINY = 8;
 
-/** Returns black or white, whichever is read better on a color. */
+/** Returns black or white, whichever has more contrast to a color. */
 export function inkOn(color) {
   const parts = /^#(..)(..)(..)$/.exec(color)?.slice(1) ?? ["80", "80", "80"];
   const [r, g, b] = parts.map((it) => {
@@ -32,7 +32,7 @@ function label(name, text = "") {
   return svg("text", { class: name, "text-anchor": "middle" }, text);
 }
 
-/** Puts a text upright at a place, with a size in meters. */
+/** Places an upright text, with a size in meters. */
 function write(text, x, y, size) {
   text.setAttribute("transform", `translate(${x} ${y}) scale(${size / 10} ${-size / 10})`);
 }
@@ -88,7 +88,7 @@ export class PersonShape {
   }
 }
 
-/** The goals of a person, in order, and the way to them. */
+/** The goals of a person, in order, and the path to them. */
 export class ChainShape {
   constructor(key) {
     this.key = key;
@@ -142,7 +142,7 @@ export class ChainShape {
   }
 }
 
-/** The robot where it starts, or its goal. */
+/** The start or the goal of the robot. */
 export class RobotShape {
   constructor(key, isGoal) {
     this.isGoal = isGoal;
@@ -187,7 +187,7 @@ export class RobotShape {
   }
 }
 
-/** A wall, or a piece of furniture. */
+/** A wall or a piece of furniture. */
 export class WorldShape {
   constructor(key) {
     this.path = svg("path", { class: "shape" });

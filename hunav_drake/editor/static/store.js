@@ -1,21 +1,21 @@
 import { applied, isWithin, samePath, sameValue, valueAt } from "./data.js";
 
 /**
- * What all panels know of the session, and how they change it.
+ * The state of the session for all panels, and its changes.
  *
- * An edit shows at once: the data are those that Python has confirmed, with
- * the operations that are still on their way. Python answers one edit after
- * the other, so its answer always meets the revision that the edit was for.
+ * An edit shows at once: the data are those confirmed by Python, with the
+ * pending operations. Python answers one edit after another,
+ * so an answer always has the revision of its edit.
  */
 
 /**
- * Makes the store.
+ * Creates the store.
  * @param {{send: function(Object): void, on: function(function(Object): void): void}} host
  */
 export function makeStore(host) {
   /** @type {Map<string, Set<function(any): void>>} */
   const listeners = new Map();
-  // Ids are unique among all pages that look at the same session.
+  // Ids are unique among all pages of the session.
   let lastId = Math.floor(Math.random() * 2 ** 30) * 2 ** 20;
   let confirmed = {};
   let confirmedFaults = [];
@@ -51,7 +51,7 @@ export function makeStore(host) {
       return () => listeners.get(kind).delete(f);
     },
 
-    /** Tells the listeners of a kind. */
+    /** Calls the listeners of a kind. */
     tell(kind, message = {}) {
       for (const f of [...(listeners.get(kind) ?? [])]) f(message);
     },
@@ -74,7 +74,7 @@ export function makeStore(host) {
     edit(label, ops, outlines = null) {
       if (!ops.length) return;
       if (!store.readable) {
-        store.say("The text cannot be read; mend it first, or undo.");
+        store.say("The text cannot be read; fix it first, or undo.");
         return;
       }
       nextPreview = null;
@@ -83,7 +83,7 @@ export function makeStore(host) {
       show(outlines);
     },
 
-    /** Has operations checked that are not kept; null ends it. */
+    /** Has operations checked without applying them; null ends it. */
     preview(ops) {
       if (!store.readable) return;
       nextPreview = ops;
@@ -112,11 +112,11 @@ export function makeStore(host) {
     /** Returns the faults at a path and below it. */
     faultsAt: (path) => store.faults.filter((fault) => isWithin(fault.path, path)),
 
-    /** Shows a line of text for a while, and has it read aloud. */
+    /** Shows a line of text for a while, also to screen readers. */
     say: (message) => store.tell("say", { message }),
   };
 
-  /** Writes on the page which revision it shows; none while edits are on their way. */
+  /** Writes the shown revision on the page; none while edits are pending. */
   function mark() {
     if (store.root) store.root.dataset.revision = queue.length || textRevision !== store.revision ? "" : String(store.revision);
   }
@@ -132,7 +132,7 @@ export function makeStore(host) {
     if (nextPreview === null) return;
     previewId = store.send({ do: "preview", base: store.revision, ops: nextPreview });
     nextPreview = null;
-    // One at a time, and at most one in 100 ms.
+    // One at a time, and at most one per 100 ms.
     const sent = performance.now();
     sendPreview.done = () => {
       previewId = null;
@@ -159,7 +159,7 @@ export function makeStore(host) {
   }
 
   function answered(message) {
-    // A preview that was for an earlier revision, or does not fit.
+    // A preview for an earlier revision, or an invalid one.
     if (previewId !== null && message.id === previewId) sendPreview.done();
     if (!waiting || message.id !== waiting.id) return;
     waiting = null;
@@ -176,7 +176,7 @@ export function makeStore(host) {
       }
       store.started = true;
       if (message.outlines) confirmedOutlines = whole(message.outlines);
-      // Older than what is shown, unless nothing is on its way.
+      // Older than the shown data, unless nothing is pending.
       show(queue.length ? null : confirmedOutlines);
       store.tell("state", message);
     },
@@ -212,7 +212,7 @@ export function makeStore(host) {
 
   host.on((message) => {
     const { kind } = message;
-    // A preview's answer is not that of an edit.
+    // The answer of a preview, not of an edit.
     if (kind === "state" || kind === "error" || kind === "ask" || kind === "saved" || kind === "runs") answered(message);
     if (take[kind]) take[kind](message);
     else store.tell(kind, message);
@@ -224,7 +224,7 @@ export function makeStore(host) {
     mark();
   });
 
-  /** After a lost connection: what was on its way is sent anew. */
+  /** Sends pending edits again after a lost connection. */
   store.restart = () => {
     waiting = null;
     previewId = null;
@@ -234,7 +234,7 @@ export function makeStore(host) {
   return store;
 }
 
-/** Returns outlines with those of one part together, as its `parts`. */
+/** Returns outlines grouped by part, as its `parts`. */
 function whole(outlines) {
   const result = {};
   for (const [key, it] of Object.entries(outlines)) {
@@ -247,7 +247,7 @@ function whole(outlines) {
 
 /** Returns a text after patches [start, end, new] against the earlier text. */
 function patched(text, patches) {
-  // Python counts characters, JavaScript halves of those beyond 16 bits.
+  // Python counts characters, JavaScript units of 16 bits.
   if (/[\ud800-\udfff]/.test(text)) {
     const letters = Array.from(text);
     const place = (n) => letters.slice(0, n).join("").length;

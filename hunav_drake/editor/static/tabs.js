@@ -1,7 +1,7 @@
 import { button, h } from "./dom.js";
 
 /**
- * Makes panels of which one is seen, with a bar of tabs.
+ * Creates panels with a bar of tabs.
  * @param {[string, string, HTMLElement][]} panels Title, key and element each.
  * @param {{label: string, folds?: boolean}} options Whether the panels fold
  *   away, and begin so.
@@ -50,7 +50,7 @@ export function makeTabs(panels, { label, folds = false }) {
   const tabs = {
     element,
 
-    /** Shows a panel; returns whether there is one of that key. */
+    /** Shows a panel; returns whether it exists. */
     show(key) {
       if (!all.has(key)) return false;
       shown = key;
@@ -88,7 +88,7 @@ export function makeTabs(panels, { label, folds = false }) {
       mark();
     },
 
-    /** Takes a panel out. */
+    /** Removes a panel. */
     take(key) {
       const found = all.get(key);
       if (!found) return;

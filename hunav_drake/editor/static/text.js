@@ -2,7 +2,7 @@ import { fill, h, later } from "./dom.js";
 import { isWithin, keyOf, samePath } from "./data.js";
 import { isOnMap } from "./things.js";
 
-/** Makes the YAML text, in step with the map. */
+/** Creates the YAML text, synchronized with the map. */
 export function makeTextPanel(store) {
   const gutter = h("div", { class: "gutter", "aria-hidden": "true" });
   const marks = h("div", { class: "line-marks", "aria-hidden": "true" });
@@ -25,7 +25,7 @@ export function makeTextPanel(store) {
   });
   area.addEventListener("keydown", (event) => {
     if (event.key !== "Tab" || event.shiftKey) return;
-    // Two spaces, as the writer indents; Esc, then Tab leaves the field.
+    // Two spaces, as in written files; Esc, then Tab leaves the field.
     if (area.dataset.leave) return;
     event.preventDefault();
     area.setRangeText("  ", area.selectionStart, area.selectionEnd, "end");
@@ -59,7 +59,7 @@ export function makeTextPanel(store) {
     }
   }
 
-  // Not before the faults of a state are there: one of them is the reason.
+  // Only after the faults of a state, one of which is the reason.
   function warn() {
     const broken = !store.readable;
     banner.hidden = !broken;
@@ -106,7 +106,7 @@ export function makeTextPanel(store) {
   for (const kind of ["keyup", "pointerup"]) area.addEventListener(kind, caret);
 
   store.listen("text", () => {
-    // What is being typed is newer than what comes.
+    // Text that is being typed is newer.
     if (!typed && area.value !== store.text) {
       const { selectionStart, selectionEnd, scrollTop } = area;
       area.value = store.text;

@@ -1,7 +1,7 @@
 import { applied, keyOf, round, valueAt } from "./data.js";
 
 /**
- * What stands on the map, and how its values are moved and turned. All names
+ * The parts on the map, and how to move and turn them. All names
  * of fields that the map knows are in this file.
  */
 
@@ -32,10 +32,10 @@ export const isRobotPlace = (path) => path[0] === ROBOT && path.length === 2;
 const isWorldPart = (path) => path[0] === WORLD && path.length === 3;
 export const isOnMap = (path) => isPerson(path) || isGoal(path) || isRobotPlace(path) || isWorldPart(path);
 
-/** Returns the person that a path of a person or of a goal is about. */
+/** Returns the person of a path of a person or of a goal. */
 export const personPath = (path) => (path[0] === HUMANS ? path.slice(0, 2) : null);
 
-/** Returns what a person's behavior tree is called. */
+/** Returns the name of a person's behavior tree. */
 export function behaviorOf(person, defaults) {
   const it = person.behavior ?? defaults?.behavior ?? "regular";
   const name = typeof it === "string" ? it : String(it.type ?? "");
@@ -70,7 +70,7 @@ function shifted([x, y, ...rest], dx, dy) {
   return [round(x + dx), round(y + dy), ...rest];
 }
 
-/** Returns what an operation says that moves the part at a path by (dx, dy). */
+/** Returns the value of the part at a path, moved by (dx, dy). */
 export function moveOps(data, path, dx, dy) {
   const value = valueAt(data, path);
   if (isPoint(value)) return [["set", path, shifted(value, dx, dy)]];
@@ -85,7 +85,7 @@ export function moveOps(data, path, dx, dy) {
   return ops;
 }
 
-/** Returns where the heading of a part stands: its path and value, or null. */
+/** Returns the path and the value of the heading of a part, or null. */
 export function headingOf(data, path) {
   const value = valueAt(data, path);
   if (isPose(value)) return { path: [...path, 2], yaw: value[2], at: value };
@@ -117,7 +117,7 @@ function mapped(outline, f) {
   return { ...outline, points: outline.points.map(f), parts: outline.parts?.map((it) => it.map(f)) };
 }
 
-/** Returns an outline as it follows a part from one value to another. */
+/** Returns an outline that follows a part from one value to another. */
 function followed(outline, from, to) {
   if (!outline || !from || !to) return outline;
   if (Array.isArray(to.points)) {
@@ -138,7 +138,7 @@ function followed(outline, from, to) {
   });
 }
 
-/** Returns the outlines as they follow operations on the parts at paths. */
+/** Returns the outlines after operations on the parts at paths. */
 export function outlinesAfter(data, outlines, ops) {
   const keys = new Set();
   for (const [name, path] of ops) {
@@ -155,7 +155,7 @@ export function outlinesAfter(data, outlines, ops) {
   return result;
 }
 
-/** Returns the box [x0, y0, x1, y1] around all that is on the map. */
+/** Returns the box [x0, y0, x1, y1] around all parts on the map. */
 export function boundsOf(data, outlines) {
   const points = Object.values(outlines).flatMap((it) => it?.points ?? []);
   for (const person of peopleOf(data)) {
@@ -174,7 +174,7 @@ export function boundsOf(data, outlines) {
     box[3] = Math.max(box[3], y);
   }
   if (!points.length) return [-5, -4, 5, 4];
-  // A lone thing has some floor around it.
+  // A single part has some floor around it.
   const grow = (low, high) => Math.max(0, 6 - (high - low)) / 2;
   const [gx, gy] = [grow(box[0], box[2]), grow(box[1], box[3])];
   return [box[0] - gx, box[1] - gy, box[2] + gx, box[3] + gy];

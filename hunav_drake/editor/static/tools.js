@@ -5,10 +5,10 @@ import { freeName, segmentAt } from "./changes.js";
 import { worldTools } from "./worldtools.js";
 import { scaleTool } from "./scaletool.js";
 
-/** A heading is that of the pull only if it is longer than this, in pixels. */
+/** The least length of a pull that sets a heading, in pixels. */
 const PULL = 8;
 
-/** What a press, a pull and a release say: a place and a heading. */
+/** Reads a place and a heading from press, pull and release. */
 export function pulled(store, map, place, opsFor, done) {
   let yaw = 0;
   let label = "";
@@ -48,7 +48,7 @@ function personTool(store, map) {
     icon: "person",
     key: "p",
     get hint() {
-      return path ? "Click its goals, one after the other. Double click or Enter ends." : "Press where the person starts, pull where it looks.";
+      return path ? "Click the goals in order. A double click or Enter ends." : "Press at the start of the person, and pull in its heading.";
     },
     down(place, event) {
       if (path && valueAt(store.data, path)) {
@@ -88,7 +88,7 @@ function goalTool(store) {
     icon: "goal",
     key: "g",
     get hint() {
-      return person() ? "Click the next goal; on the way between two to insert; on the first to go round." : "Click the person who gets goals.";
+      return person() ? "Click the next goal, the path to insert one, or the first goal for a loop." : "Click the person that gets goals.";
     },
     down(place, event, target) {
       if (event.detail > 1) return null;
@@ -127,7 +127,7 @@ function robotTool(store, map, isGoal) {
     title: isGoal ? "Robot's goal" : "Robot",
     icon: isGoal ? "target" : "robot",
     key: isGoal ? "R" : "r",
-    hint: `Press where the ${words} is, pull where it looks.`,
+    hint: `Press at the place of the ${words}, and pull in its heading.`,
     down(place) {
       return pulled(store, map, place, opsFor, () => {
         store.select([path]);
@@ -167,7 +167,7 @@ function measureTool(store, map) {
 }
 
 /**
- * Makes the tools: one of them takes what is pressed on the map.
+ * Creates the tools, one of which handles presses on the map.
  */
 export function makeTools(store, map) {
   const select = { name: "select", title: "Select", icon: "select", key: "v", hint: "" };
@@ -217,12 +217,12 @@ export function makeTools(store, map) {
       tools.current.hover?.(place, event);
     },
 
-    /** Ends what is being drawn, or else the tool; by Enter or Esc. */
+    /** Ends the drawing, or else the tool; by Enter or Esc. */
     finish() {
       if (tools.current.finish?.() === false) tools.choose("select");
     },
 
-    /** Moves the cursor of the keyboard, in meters. */
+    /** Moves the keyboard cursor, in meters. */
     moveCursor(dx, dy) {
       at ??= map.view.middle.map((it) => Math.round(it * 10) / 10);
       at = [round(at[0] + dx), round(at[1] + dy)];
@@ -231,7 +231,7 @@ export function makeTools(store, map) {
       store.tell("pointer", { at });
     },
 
-    /** What a click at the cursor of the keyboard does. */
+    /** Acts like a click at the keyboard cursor. */
     pressCursor() {
       const place = at ?? map.view.middle.map((it) => Math.round(it * 10) / 10);
       const [px, py] = map.view.toScreen(...place);

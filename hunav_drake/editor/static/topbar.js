@@ -1,6 +1,6 @@
 import { button, fill, h, icon } from "./dom.js";
 
-/** Makes a button that unfolds a menu of [text, function] below it. */
+/** Creates a button that opens a menu of [text, function]. */
 function menu(name, title, entries) {
   const list = h("div", { class: "menu", role: "menu", hidden: true });
   const opener = button(name, title, () => toggle(list.hidden), { "aria-haspopup": "menu", "aria-expanded": "false" });
@@ -35,7 +35,7 @@ function menu(name, title, entries) {
   return element;
 }
 
-/** Makes the bar above: file, tools, steps, faults, Save and Run. */
+/** Creates the top bar: file, tools, steps, faults, Save and Run. */
 export function makeTopBar(store, tools) {
   const ask = (what) => store.tell("dialog", { what });
   const files = menu("menu", "File", () => [
@@ -115,7 +115,7 @@ export function makeTopBar(store, tools) {
     const { status, message } = store.worker;
     const ready = status === "ready";
     run.classList.toggle("waits", !ready);
-    run.title = ready ? "Run (Ctrl+Enter)" : `Run (Ctrl+Enter) waits. ${message || "The simulation is being loaded."}`;
+    run.title = ready ? "Run (Ctrl+Enter)" : `Run (Ctrl+Enter) waits. ${message || "Loading the simulation."}`;
   };
   store.listen("worker", showWorker);
   undo.show(null);

@@ -1,7 +1,7 @@
 /** The least and the largest scale, in pixels per meter. */
 const SCALES = [0.5, 800];
 
-/** Where the map is looked at: pixels = (scale x + tx, ty - scale y). */
+/** The view of the map: pixels = (scale x + tx, ty - scale y). */
 export class View {
   scale = 40;
   tx = 0;
@@ -9,7 +9,7 @@ export class View {
   width = 800;
   height = 600;
 
-  /** Returns the place in the world, in meters, of pixels on the map. */
+  /** Returns the place in the world, in meters, of a pixel on the map. */
   toWorld(px, py) {
     return [(px - this.tx) / this.scale, (this.ty - py) / this.scale];
   }
@@ -18,7 +18,7 @@ export class View {
     return [this.scale * x + this.tx, this.ty - this.scale * y];
   }
 
-  /** The middle of what is seen, in meters. */
+  /** The center of the view, in meters. */
   get middle() {
     return this.toWorld(this.width / 2, this.height / 2);
   }
@@ -32,7 +32,7 @@ export class View {
     this.ty += dy;
   }
 
-  /** Zooms so that what is below a pixel stays there. */
+  /** Zooms about a pixel. */
   zoom(factor, px = this.width / 2, py = this.height / 2) {
     const [x, y] = this.toWorld(px, py);
     this.scale = Math.min(SCALES[1], Math.max(SCALES[0], this.scale * factor));
@@ -64,7 +64,7 @@ export class View {
     return lines;
   }
 
-  /** Returns a round length, in meters, that is 60 to 150 pixels long. */
+  /** Returns a round length, in meters, of 60 to 150 pixels. */
   scaleLength() {
     const least = 60 / this.scale;
     const power = 10 ** Math.floor(Math.log10(least));

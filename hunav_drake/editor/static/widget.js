@@ -1,6 +1,6 @@
 /**
- * The editor in a notebook. A widget is one module, so the others come as
- * texts, each after those that it imports, and get addresses of their own here.
+ * The editor in a notebook. A widget is one module, so the others are
+ * texts, each after its imports, which get their own addresses here.
  */
 
 const IMPORT = /from "\.\/([\w-]+\.js)"/g;
@@ -28,7 +28,7 @@ function followTheme(root) {
   return () => observer.disconnect();
 }
 
-/** Shows a file of a run: apart from the notebook, as if from elsewhere. */
+/** Shows a file of a run, without access to the notebook. */
 function showFile(root, name, text) {
   if (name.endsWith(".csv")) {
     const link = document.createElement("a");
@@ -59,7 +59,7 @@ async function render({ model, el }) {
   const { startEditor } = await load(model.get("_modules"));
   const root = document.createElement("div");
   root.style.height = `${model.get("_height")}px`;
-  // Lumino, below JupyterLab, looks at no keys inside.
+  // JupyterLab's Lumino ignores keys inside.
   root.setAttribute("data-lm-suppress-shortcuts", "true");
   el.append(root);
   const listeners = [];

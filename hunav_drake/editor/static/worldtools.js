@@ -12,7 +12,7 @@ const DOOR = 0.9;
 
 const WALLS = ["world", "walls"];
 
-/** A line of corners, one by each click. */
+/** A line of corners, one for each click. */
 function lineTool(store, map, face, { shape, least, closes }) {
   let points = [];
   const draw = (to = null) => {
@@ -25,7 +25,7 @@ function lineTool(store, map, face, { shape, least, closes }) {
   return {
     ...face,
     corners: true,
-    hint: `Click the corners. Backspace takes one back; Enter or a double click ends.`,
+    hint: `Click the corners. Backspace removes the last one; Enter or a double click ends.`,
     down(place, event) {
       const near = points.length >= least && Math.hypot(place[0] - points[0][0], place[1] - points[0][1]) * map.scale < 10;
       if (event.detail > 1 || (closes && near)) return this.finish(), null;
@@ -55,7 +55,7 @@ function lineTool(store, map, face, { shape, least, closes }) {
   };
 }
 
-/** What is pulled from corner to corner: a box, or a room of four walls. */
+/** A shape from corner to corner: a box, or a room of four walls. */
 function areaTool(store, map, face, partsFor) {
   let first = null;
   const area = (a, b) => {
@@ -76,7 +76,7 @@ function areaTool(store, map, face, partsFor) {
     ...face,
     corners: true,
     down(place, event) {
-      // By the keyboard, a corner is set by each press.
+      // With the keyboard, each press sets a corner.
       if (!event.pointerId) {
         if (first) end(first, place);
         first = first ? null : place;
@@ -118,7 +118,7 @@ function roomParts(store, { center: [x, y], size: [w, d] }) {
   ];
 }
 
-/** Returns what is left of a wall on both sides of a door, or null. */
+/** Returns the parts of a wall on both sides of a door, or null. */
 function withDoor(wall, place) {
   if (Array.isArray(wall.points)) {
     const { points } = wall;
@@ -158,7 +158,7 @@ function doorTool(store) {
     title: "Door",
     icon: "door",
     key: "d",
-    hint: "Click a wall where a door of 0.9 m is to be.",
+    hint: "Click a wall to add a door of 0.9 m.",
     down(place, event, target) {
       const key = target.closest?.("[data-key^='world/walls/']")?.getAttribute("data-key");
       const path = key?.split("/").map((it, i) => (i === 2 ? Number(it) : it));

@@ -1,6 +1,6 @@
 /**
- * Adds the wheel and two fingers to a map: zoom around what is below them.
- * @returns what is to be told of pointers; each returns whether it is a pinch
+ * Adds zoom by the wheel and by two fingers to a map.
+ * @returns handlers of pointers; each returns whether it is a pinch
  */
 export function addWheelAndPinch(store, map, began) {
   const { element } = map;

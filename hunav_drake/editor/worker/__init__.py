@@ -1,4 +1,4 @@
-"""The process beside the editor that knows names and runs trials."""
+"""The process of the editor that checks scenarios and runs trials."""
 
 from hunav_drake.editor.worker.worker import Worker
 

@@ -1,4 +1,4 @@
-"""What a scenario can choose from, as the editor shows it."""
+"""The choices of a scenario, for the forms of the editor."""
 
 import inspect
 import shutil
@@ -18,8 +18,8 @@ from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.planning.planner import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 
-# A color of its own for each behavior: those of the plots, but two grays for
-# black, which cannot be seen on a dark map.
+# The color of each behavior: those of the plots, but grays instead of black,
+# which would be invisible on a dark map.
 _COLORS = dict(
     zip(BEHAVIORS, (*PALETTE[:6], "#6b6b6b", "#a3a3a3"), strict=True)
 )
@@ -27,7 +27,7 @@ _GRAY = "#7f7f7f"
 
 
 def make_catalog() -> dict[str, Any]:
-    """Returns the message with all choices, those of users among them."""
+    """Returns the message with all choices, including those of users."""
     return {
         "kind": "catalog",
         "schema": scenario_json_schema(),
@@ -41,7 +41,7 @@ def make_catalog() -> dict[str, Any]:
 
 
 def behavior_entries() -> list[dict[str, Any]]:
-    """Returns the behaviors that a person can have."""
+    """Returns the behaviors of people."""
     return [
         behavior_entry(name, LoadTree(name), _COLORS.get(name, _GRAY))
         for name in BEHAVIORS
@@ -49,21 +49,23 @@ def behavior_entries() -> list[dict[str, Any]]:
 
 
 def behavior_entry(name: str, tree: Tree, color: str) -> dict[str, Any]:
-    """Returns a behavior: its words, its ports and its picture.
+    """Returns a behavior: its description, its ports and its picture.
 
     Args:
-        name: What a scenario calls it.
-        tree: What it is.
-        color: That of people who have it.
+        name: Its name in scenarios.
+        tree: Its tree.
+        color: The color of people with this behavior.
     """
     drawing = RenderBehaviorTree(tree)
     picture = None
     if shutil.which("dot") is not None:
         svg = drawing.graph().create(format="svg", encoding="utf-8")
-        picture = _whole_picture(svg.decode())
+        text = svg.decode()
+        # Without the header of Graphviz.
+        picture = text[text.index("<svg") :]
     return {
         "name": name,
-        "help": _sentence(tree.documents.comments),
+        "help": " ".join(" ".join(tree.documents.comments[:1]).split()),
         "letter": _letters(name),
         "color": color,
         "ports": port_entries(tree),
@@ -105,17 +107,7 @@ def _choices(base: Any) -> list[dict[str, Any]]:
 
 
 def _letters(name: str) -> str:
-    """Returns one letter, or two where others begin with it, too."""
+    """Returns one letter, or two if another behavior has the same."""
     others = [other for other in BEHAVIORS if other != name]
     is_first = any(other[:1] == name[:1] for other in others)
     return name[: 1 + is_first].capitalize()
-
-
-def _sentence(comments: list[str]) -> str:
-    """Returns the comment at the head of a file, in one line."""
-    return " ".join(comments[0].split()) if comments else ""
-
-
-def _whole_picture(svg: str) -> str:
-    """Returns an SVG of Graphviz without what comes before its element."""
-    return svg[svg.index("<svg") :]

@@ -1,4 +1,4 @@
-"""The child's end of the pipe: what it says, and what it is asked."""
+"""The child's end of the pipe."""
 
 from collections import deque
 import json
@@ -9,11 +9,11 @@ from hunav_drake.editor.worker.handle import Message
 
 
 class Stopped(Exception):
-    """The parent does not want the run any more."""
+    """The parent has cancelled the run."""
 
 
 class Channel:
-    """The child's end of the pipe."""
+    """Sends and receives messages in the child process."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -24,11 +24,11 @@ class Channel:
         self._connection.send_bytes(json.dumps(message).encode())
 
     def next(self) -> Message:
-        """Returns the next message, as soon as there is one."""
+        """Waits for the next message, and returns it."""
         if not self._waiting:
             self._waiting.append(self._read())
         message = self._waiting.popleft()
-        # Of questions about a text, the last one counts.
+        # Only the last check is needed.
         self._read_all()
         while message["do"] == "check" and any(
             it["do"] == "check" for it in self._waiting
@@ -40,7 +40,7 @@ class Channel:
         """Answers questions during a run; other messages wait.
 
         Raises:
-            Stopped: If the parent wants no more of it.
+            Stopped: If the parent cancels the run.
         """
         self._read_all()
         for message in [*self._waiting]:
@@ -63,18 +63,18 @@ class Channel:
         try:
             message: Message = json.loads(self._connection.recv_bytes())
         except (EOFError, OSError):
-            # The parent is gone: nobody is left to work for.
+            # The parent has ended.
             os._exit(0)
         return message
 
 
-# What is answered at once, of each kind the last one.
+# Questions that are answered at once; of each kind only the last one.
 _ANSWERS = ("check", "summary")
 
 
 def answer(channel: Channel, message: Message) -> None:
     """Answers a question."""
-    # The process loads these last, when it ends with its parent already.
+    # Loaded late, so that the process can end with its parent meanwhile.
     if message["do"] == "check":
         from hunav_drake.editor.worker.names import (
             find_model_outlines,

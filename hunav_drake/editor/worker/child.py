@@ -1,4 +1,4 @@
-"""What a process of the worker does: it answers what its parent asks."""
+"""The main function of a process of the worker."""
 
 from collections.abc import Callable, Sequence
 import contextlib
@@ -12,15 +12,15 @@ import time
 
 from hunav_drake.editor.worker.channel import Channel, Stopped, answer
 
-# How much more than others the process lets others run: it is in nobody's way.
+# The process has a low priority, so that the machine stays responsive.
 _NICE = 5
 
-# How often it looks for questions while it compiles, in seconds.
+# The period at which it looks for questions while it compiles, in seconds.
 _LOOK_TIME = 0.05
 
 _COMPILING = (
-    "The simulation is being prepared. The first time on a computer it is"
-    " compiled, which takes about a minute; all but Run works meanwhile."
+    "Preparing the simulation. The first time on a machine it is compiled,"
+    " which takes about a minute. Everything except Run works already."
 )
 
 
@@ -42,7 +42,7 @@ def main(descriptor: int, imports: Sequence[str]) -> None:
     from hunav_drake.systems.common.choice_loading import registered_only
 
     logging.getLogger("drake").setLevel(logging.WARNING)
-    # A scenario runs no code but what was imported above.
+    # Scenarios can only use code that was imported above.
     with registered_only():
         channel.send(make_catalog())
         channel.send(
@@ -55,7 +55,7 @@ def main(descriptor: int, imports: Sequence[str]) -> None:
             message = channel.next()
             match message["do"]:
                 case "end":
-                    # At once: nothing is left to be put in order.
+                    # At once: there is nothing to clean up.
                     os._exit(0)
                 case "run":
                     trials.run(message)
@@ -64,12 +64,10 @@ def main(descriptor: int, imports: Sequence[str]) -> None:
 
 
 def answer_during(work: Callable[[], object], channel: Channel) -> None:
-    """Does some work, and answers questions meanwhile.
-
-    The work has a thread: the compiler leaves room for others.
+    """Does some work in a thread, and answers questions at the same time.
 
     Raises:
-        Exception: Whatever the work raises.
+        Exception: The exception of the work.
     """
     failures: list[BaseException] = []
 
@@ -93,14 +91,14 @@ def answer_during(work: Callable[[], object], channel: Channel) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """Ends the process with its parent, also while it is being loaded."""
+    """Ends the process with its parent, also while modules are loaded."""
     while os.getppid() == parent:
         time.sleep(1.0)
     os._exit(0)
 
 
 def _import(names: Sequence[str]) -> None:
-    """Imports modules of users; what is wrong with one is printed."""
+    """Imports modules of users; prints an error, and exits."""
     if not names:
         return
     from hunav_drake.systems.common.input_error import InputError

@@ -1,4 +1,4 @@
-"""A process of the editor's worker, as its parent sees it."""
+"""The parent's handle of a process of the editor's worker."""
 
 from collections.abc import Callable, Sequence
 import contextlib
@@ -12,7 +12,7 @@ from typing import Any
 
 Message = dict[str, Any]
 
-# What a new interpreter does: it finds modules as its parent does, but does
+# The code of a new interpreter: it has the module path of its parent, but does
 # not run the parent's script again.
 _BEGIN = (
     "import json, sys;"
@@ -21,19 +21,18 @@ _BEGIN = (
     " main(int(sys.argv[2]), json.loads(sys.argv[3]))"
 )
 
-# How much of what a dead process has printed is shown.
+# How much of the output of a dead process is shown.
 _LAST_LINES = 5
 _LAST_BYTES = 4000
 
-# How long a process may take to end by itself, in seconds.
+# The time limit for a process to end, in seconds.
 _PATIENCE = 0.5
 
 
 class ProcessHandle:
-    """A process to which messages go, and from which they come.
+    """A process that sends and receives messages, as JSON on a pipe.
 
-    Messages are JSON on a pipe. The parent keeps its own end alone, so that
-    the pipe ends when the process does.
+    The parent keeps only its own end open, so the pipe ends with the process.
     """
 
     def __init__(
@@ -45,11 +44,11 @@ class ProcessHandle:
 
         Args:
             imports: Modules of users that it imports: see `import_user_code`.
-            receive: Called from a thread of its own with each message, and
-                with None once the process has ended.
+            receive: Called from a thread with each message, and with None once
+                the process has ended.
         """
         self._connection, theirs = Pipe()
-        # It lives as long as the process: `close` closes it.
+        # The thread `_read` closes it.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         self._receive = receive
         self._is_closed = False
@@ -73,22 +72,22 @@ class ProcessHandle:
 
     @property
     def pid(self) -> int:
-        """The number of the process."""
+        """The process id."""
         return self._process.pid
 
     def send(self, message: Message) -> None:
-        """Sends a message; one to a process that has ended is lost."""
+        """Sends a message; it is lost if the process has ended."""
         with contextlib.suppress(OSError):
             self._connection.send_bytes(json.dumps(message).encode())
 
     def kill(self) -> None:
-        """Ends the process at once; `receive` is told."""
+        """Kills the process; `receive` is called with None."""
         self._process.kill()
 
     def close(self) -> None:
-        """Ends the process, which nobody is told any more."""
+        """Ends the process; `receive` is not called any more."""
         self._is_closed = True
-        # The end of its pipe ends it.
+        # The process also ends with its pipe.
         with contextlib.suppress(OSError):
             self.send({"do": "end"})
         try:
@@ -99,7 +98,7 @@ class ProcessHandle:
         self._thread.join(_PATIENCE)
 
     def last_lines(self) -> str:
-        """Returns what the process has printed last."""
+        """Returns the last output of the process."""
         try:
             self._errors.seek(0, 2)
             self._errors.seek(max(self._errors.tell() - _LAST_BYTES, 0))
@@ -118,7 +117,7 @@ class ProcessHandle:
                 break
             if not self._is_closed:
                 self._receive(self, message)
-        # What closes its pipe has ended, or is of no use any more.
+        # A process without a pipe has ended, or is useless.
         self._process.kill()
         self._process.wait()
         if not self._is_closed:

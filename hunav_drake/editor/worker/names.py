@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, of all that a simulation knows."""
+"""All checks of a scenario, for which the simulation is loaded."""
 
 import contextlib
 from pathlib import Path
@@ -24,9 +24,9 @@ def find_names_faults(
     """Returns all findings about a scenario, as plain data.
 
     Args:
-        text: Its YAML; if it cannot be read, that is not found here.
-        folder: Where its paths start.
-        name: Which one of the scenarios in the text it is.
+        text: Its YAML; if it cannot be read, there are no findings.
+        folder: The folder of its relative paths.
+        name: The name of the scenario, if the text has several.
     """
     plain = _plain(text, folder, name)
     if plain is None:
@@ -47,18 +47,18 @@ def find_names_faults(
 def find_model_outlines(
     text: str, folder: str | None, name: str | None
 ) -> dict[str, list[Any]]:
-    """Returns what people walk around of the models in a scenario's world.
+    """Returns the outlines of the models in a scenario's world.
 
-    Drake reads the models, so this is not for the editor's own process.
+    Drake reads the models, so this is not for the process of the page.
 
     Args:
         text: Its YAML.
-        folder: Where its paths start.
-        name: Which one of the scenarios in the text it is.
+        folder: The folder of its relative paths.
+        name: The name of the scenario, if the text has several.
 
     Returns:
-        For each file, as the text names it, closed outlines of points (x, y)
-        from the model's own place, in meters.
+        For each file name in the text, closed outlines of points (x, y) in the
+        frame of the model, in meters.
     """
     named, found = _models(_plain(text, None, name)), {}
     for data, full in zip(
@@ -68,7 +68,7 @@ def find_model_outlines(
             model = _MODEL.validate_python(full)
             hulls = model_hulls(model.file, (0.0, 0.0, 0.0))
         except (ValidationError, WorldFileError):
-            # It is told as a fault.
+            # The check reports it.
             continue
         cuts = [it for hull in hulls if (it := footprint(hull)) is not None]
         found[data["file"]] = [it.round(4).tolist() for it in cuts]

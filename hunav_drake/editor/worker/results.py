@@ -1,4 +1,4 @@
-"""The folder with the files of runs, and who may read which of them."""
+"""The folder with the files of runs, and access to them."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -8,7 +8,7 @@ from typing import Any
 
 from hunav_drake.editor.worker.requests import Run
 
-# The files of a run that a page may ask for, and their kinds.
+# The files of a run that a page may request, and their types.
 FILES = {
     "report.html": "text/html; charset=utf-8",
     "replay.html": "text/html; charset=utf-8",
@@ -26,12 +26,12 @@ class ResultFolder:
 
     Attributes:
         given: The folder that the user has chosen, or None.
-        token: What addresses of files begin with. Who knows it has opened the
-            editor: no other page can guess it.
+        token: A secret in the addresses of files, which other pages cannot
+            guess.
     """
 
     def __init__(self, out: str | Path | None) -> None:
-        """Constructs it; without `out` the folder is a temporary one."""
+        """Constructs it; without `out` the folder is temporary."""
         self.given = None if out is None else Path(out)
         self.token = secrets.token_urlsafe(16)
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
@@ -39,7 +39,7 @@ class ResultFolder:
 
     @property
     def path(self) -> Path:
-        """The folder; a temporary one is made now."""
+        """The folder; a temporary one is created on first access."""
         if self.given is not None:
             return self.given
         if self._temporary is None:
@@ -49,13 +49,13 @@ class ResultFolder:
         return Path(self._temporary.name)
 
     def add(self, runs: Iterable[Run]) -> None:
-        """Adds runs, whose files are there once they have a folder."""
+        """Adds runs, whose files exist once they have a folder."""
         self._runs |= {run.number: run for run in runs}
 
     def file(self, token: str, run: str | int, name: str) -> Path | None:
-        """Returns a file that an address names, or None.
+        """Returns the file of an address, or None.
 
-        Only the files in `FILES` of runs that have ended are given.
+        Only files in `FILES` of finished runs are accessible.
 
         Args:
             token: The first part of the address.
@@ -82,7 +82,7 @@ class ResultFolder:
         }
 
     def folders(self) -> list[Path]:
-        """Returns the folders of all runs that have ended, in their order."""
+        """Returns the folders of all finished runs, in order."""
         runs = self._runs.values()
         return [run.folder for run in runs if run.folder is not None]
 

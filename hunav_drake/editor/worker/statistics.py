@@ -13,7 +13,7 @@ from hunav_drake.trial.quantity_text import number_text
 
 
 def value_text(metric: str, value: float) -> str:
-    """Returns the value of a metric as tables show it."""
+    """Returns the text of a value in tables."""
     known = METRICS.get(metric)
     return number_text(float(value), known.unit if known else "")
 
@@ -22,12 +22,11 @@ def summary_rows(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Returns mean and interval of each metric over the runs of a planner.
 
     Args:
-        runs: Of each run its "planner" and "metrics", and perhaps what its
-            seed draws, "drawn".
+        runs: The "planner" and "metrics" of each run, and perhaps "drawn".
 
     Returns:
-        A row for each planner and metric that has a value, with n, mean, low
-        and high (95 %), and their texts.
+        A row for each planner and metric with values: n, mean, low and high
+        (95 %), and their texts.
     """
     values = [
         {

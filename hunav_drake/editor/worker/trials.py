@@ -36,39 +36,39 @@ from hunav_drake.views.replay import (
     StartMeshcatLocal,
 )
 
-# The least time between two frames, in seconds; between them, nobody looks
-# for messages.
+# The least time between two frames, and between two looks for messages, in
+# seconds.
 FRAME_TIME = 0.05
 
-# Paths that are drawn have at most so many instants, and numbers in all.
+# The maximum number of instants of drawn paths, and of all their numbers.
 _MAX_INSTANTS = 600
 _MAX_NUMBERS = 90_000
 
 
 class Trials:
-    """Runs trials, one after the other.
+    """Runs trials, one after another.
 
-    The diagram is kept for the next run of the same scenario.
+    The next run of the same scenario uses the same diagram.
     """
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
         self._made_for: tuple[Any, ...] = ()
-        # As it was loaded, and with the seed of the last run.
+        # The scenario as loaded, and with the seed of the last run.
         self._loaded: Scenario | None = None
         self._scenario: Scenario | None = None
         self._diagram: Diagram | None = None
         self._meshcat: Meshcat | None = None
 
     def warm_up(self) -> None:
-        """Runs a moment of a shipped scenario, so that all code is there."""
+        """Runs a short trial, so that all code is compiled and loaded."""
         scenario = LoadScenario(
             filename="passing", overrides=["simulation.duration=0.5"]
         )
         RunTrial(scenario)
 
     def run(self, message: dict[str, Any]) -> None:
-        """Does a run; sends frames, the result, and where its files are."""
+        """Does a run; sends frames, the result, and the folder of its files."""
         folder = None
         result: dict[str, Any]
         try:
@@ -99,8 +99,7 @@ class Trials:
         )
         scene = diagram.GetSubsystemByName("scene")
         visualizer = scene.GetSubsystemByName("meshcat_visualizer")
-        # Recorded here and not by RunTrial, which would show it live as well:
-        # that takes twice as long, and nobody looks.
+        # RunTrial would also show it live, which takes twice as long.
         with RecordReplay(visualizer):
             result = RunTrial(
                 scenario,
@@ -123,7 +122,7 @@ class Trials:
         if (seed := message["seed"]) is not None:
             simulation = dataclasses.replace(scenario.simulation, seed=seed)
             scenario = dataclasses.replace(scenario, simulation=simulation)
-        # Of people whom each seed draws anew, a diagram is of one seed.
+        # If each seed draws its own people, each seed needs its own diagram.
         made_for = (*made_for, people_seed(scenario))
         if made_for != self._made_for:
             self._made_for = ()
@@ -139,7 +138,7 @@ class Trials:
         return scenario, self._diagram
 
     def _write(self, result: TrialResult, message: dict[str, Any]) -> Path:
-        """Writes the files of a run into a folder of their own."""
+        """Writes the files of a run to a new folder."""
         scenario, meshcat = self._scenario, self._meshcat
         assert scenario is not None
 
@@ -155,7 +154,7 @@ class Trials:
 
 
 def load_scenario(message: dict[str, Any]) -> Scenario:
-    """Returns the scenario of a run, called by its file if not by itself."""
+    """Returns the scenario of a run; its default name is that of its file."""
     planner = message["planner"]
     scenario = LoadScenario(
         data=message["text"],
@@ -170,7 +169,7 @@ def load_scenario(message: dict[str, Any]) -> Scenario:
 
 
 class FrameSender:
-    """Sends what a trial shows, now and then, and looks for messages."""
+    """Sends frames of a trial, and looks for messages."""
 
     def __init__(
         self, diagram: Diagram, channel: Channel, run: int, duration: float
@@ -183,7 +182,7 @@ class FrameSender:
         self._last = 0.0
 
     def __call__(self, context: Context) -> bool:
-        """Is called after each step; never holds the trial."""
+        """Handles a step of the trial; never stops it."""
         self.context = context
         present = time.monotonic()
         if present - self._last >= FRAME_TIME:
@@ -193,7 +192,7 @@ class FrameSender:
         return True
 
     def send(self) -> None:
-        """Sends where everybody is."""
+        """Sends the current poses."""
         context = self.context
         if context is None:
             return
@@ -216,7 +215,7 @@ class FrameSender:
 
 
 def result_message(result: TrialResult) -> dict[str, Any]:
-    """Returns a result as a message."""
+    """Returns the message with a result."""
     metrics = {
         str(name): float(value) for name, value in result.metrics.items()
     }
@@ -237,7 +236,7 @@ def result_message(result: TrialResult) -> dict[str, Any]:
 
 
 def _paths(result: TrialResult) -> dict[str, Any]:
-    """Returns where everybody was, at some of the instants."""
+    """Returns the poses of people and robot at some of the instants."""
     recording = result.recording
     count, people = recording.humans.shape[:2]
     most = max(min(_MAX_INSTANTS, _MAX_NUMBERS // (3 * people + 3)), 2)
@@ -251,7 +250,7 @@ def _paths(result: TrialResult) -> dict[str, Any]:
 
 
 def _poses(states: Array) -> list[list[float] | None]:
-    """Returns (x, y, yaw) of rows of states; None for who is not there."""
+    """Returns (x, y, yaw) of rows of states; None for absent people."""
     rows = states.reshape(-1, STATE_SIZE)
     return [
         [round(float(number), 3) for number in row[:3]]
@@ -262,7 +261,7 @@ def _poses(states: Array) -> list[list[float] | None]:
 
 
 def _words(error: Exception) -> str:
-    """Returns in words why a run is not possible."""
+    """Returns the reason of a failed run."""
     if isinstance(error, ScenarioError):
         text = "; ".join(str(fault) for fault in error.faults[:3])
         return text.removeprefix("data: ")

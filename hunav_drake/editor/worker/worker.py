@@ -1,30 +1,31 @@
-"""The worker of the editor: checks of names, and runs, in other processes."""
+"""The worker of the editor: checks and runs in other processes."""
 
 from collections.abc import Callable, Mapping, Sequence
 import contextlib
+import os
 from pathlib import Path
 import queue
 import threading
 from typing import Any
 
 from hunav_drake.editor.worker.handle import Message, ProcessHandle
-from hunav_drake.editor.worker.requests import RequestError, Run, read_request
+from hunav_drake.editor.worker.requests import Run, RunRequest
 from hunav_drake.editor.worker.results import ResultFolder
 
-# How long a process may take to stop a run, in seconds; then it is ended.
+# The time limit to stop a run, in seconds; then its process is killed.
 STOP_TIME = 1.2
 
-_LOADING = "The simulation is being loaded, which takes some seconds."
+_LOADING = "Loading the simulation takes some seconds."
 
 Callback = Callable[[Message], None]
 
 
 class Worker:
-    """Checks what only a simulation knows, and runs trials, beside the editor.
+    """Checks scenarios and runs trials in other processes.
 
-    It has a process of low priority that loads Drake, and others while several
-    runs are done at a time. A process that dies is replaced. All answers go to
-    listeners, as messages of plain data:
+    It has one process of low priority that loads Drake, and more while several
+    runs are done in parallel. A process that dies is replaced. Listeners get
+    all answers, as messages of plain data:
 
     - worker {status: "starting" | "ready" | "dead", message}
     - catalog {schema, behaviors, planners, models, robots, metrics, ready}
@@ -34,7 +35,6 @@ class Worker:
     - result {run, seed, planner, end_reason, message, end_time, metrics, ...},
       again when the files of the run are written
     - summary {rows: [{planner, metric, n, mean, low, high}]}
-    - error {message}: a request cannot be done
     """
 
     def __init__(
@@ -44,27 +44,27 @@ class Worker:
         out: str | Path | None = None,
         dispatch: Callable[..., object] | None = None,
     ) -> None:
-        """Constructs a Worker, which has no process yet.
+        """Constructs a Worker without a process.
 
         Args:
             imports: Modules of users that its processes import.
-            out: Where the files of runs go; by default a temporary folder that
-                is removed in the end.
+            out: The folder of the files of runs; by default a temporary folder
+                that is removed at the end.
             dispatch: Called from a thread of the worker with a function and
-                its arguments, to call it where listeners live; by default it
-                is called in that thread.
+                its arguments, to call it in the thread of the listeners; by
+                default it is called in the worker's thread.
         """
         self.results = ResultFolder(out)
         self._imports = list(imports)
         self._dispatch = dispatch or (lambda function, *args: function(*args))
-        # Messages are told without the lock, by one thread, in their order.
+        # One thread sends the messages in order, without the lock.
         self._mail: queue.SimpleQueue[tuple[Callback, Message] | None]
         self._mail = queue.SimpleQueue()
         threading.Thread(target=self._deliver, daemon=True).start()
         self._lock = threading.RLock()
         self._callbacks: list[Callback] = []
         self._first: ProcessHandle | None = None
-        # The first process, once it answers questions; runs come later.
+        # The first process, once it answers questions, before it can run.
         self._answers: ProcessHandle | None = None
         self._ready: set[ProcessHandle] = set()
         self._others: list[ProcessHandle] = []
@@ -79,12 +79,10 @@ class Worker:
         self._closed = False
 
     def listen(self, callback: Callback) -> Callable[[], None]:
-        """Lets a function be called with each message.
-
-        It gets first what is known by now: status and catalog.
+        """Calls a function with each message, first with status and catalog.
 
         Returns:
-            What ends this.
+            A function that ends this.
         """
         with self._lock:
             self._callbacks.append(callback)
@@ -98,7 +96,7 @@ class Worker:
         return end
 
     def start(self) -> None:
-        """Starts the process, unless there is one."""
+        """Starts the first process, unless it runs."""
         with self._lock:
             if self._first is None and not self._closed:
                 self._tell_status("starting", _LOADING)
@@ -107,15 +105,15 @@ class Worker:
     def check(
         self, text: str, folder: str | Path | None, name: str | None = None
     ) -> int:
-        """Asks what is wrong with a scenario; the last question counts.
+        """Requests the faults of a scenario, instead of an earlier request.
 
         Args:
             text: The scenario's YAML.
-            folder: Where its paths start.
-            name: Which one of the scenarios in the text it is.
+            folder: The folder of its relative paths.
+            name: The name of the scenario, if the text has several.
 
         Returns:
-            The number that the answer has.
+            The ticket number of the answer.
         """
         with self._lock:
             self._checks += 1
@@ -130,47 +128,29 @@ class Worker:
                 self._answers.send(self._check)
             return self._checks
 
-    def run(self, request: Mapping[str, Any]) -> None:
-        """Runs a scenario, instead of what is being run.
+    def run(self, request: RunRequest, number: Any = None) -> None:
+        """Starts the runs of a request, after cancelling the previous ones.
 
         Args:
-            request: See `RunRequest`, whose attributes are its keys.
+            request: The request.
+            number: The number of the message that sent it.
         """
-        try:
-            wanted = read_request(request)
-        except RequestError as error:
-            answer = {"kind": "error", "message": str(error)}
-            if request.get("id") is not None:
-                answer["id"] = request["id"]
-            self._tell(answer)
-            return
         with self._lock:
             self.cancel()
-            self._batch = [
-                Run(
-                    number=self._runs + 1 + i,
-                    request=wanted,
-                    seed=seed,
-                    planner=planner,
-                )
-                for i, (planner, seed) in enumerate(
-                    (planner, seed)
-                    for planner in wanted.planners
-                    for seed in wanted.seeds
-                )
-            ]
+            self._batch = request.runs(self._runs + 1)
             self._runs += len(self._batch)
             self._waiting = list(self._batch)
             self.results.add(self._batch)
-            self._tell_runs(self._batch, request.get("id"))
+            self._tell_runs(self._batch, number)
             self.start()
-            while len(self._others) < wanted.workers - 1:
+            most = min(request.workers, os.cpu_count() or 1, len(self._batch))
+            while len(self._others) < most - 1:
                 other = ProcessHandle(self._imports, self._take)
                 self._others.append(other)
             self._begin_runs()
 
     def repeat(self) -> None:
-        """Tells again how it is and what the last runs gave, to a new view."""
+        """Sends the status and the last results again, for a new view."""
         with self._lock:
             if "worker" in self._known:
                 self._tell(self._known["worker"])
@@ -182,7 +162,7 @@ class Worker:
                 self._ask_summary()
 
     def cancel(self) -> None:
-        """Stops all runs, within seconds; those that are done stay."""
+        """Stops all runs within seconds; finished ones stay."""
         with self._lock:
             for run in self._waiting:
                 self._finish(run, {"end_reason": "cancelled"})
@@ -243,7 +223,7 @@ class Worker:
         self._tell(message)
 
     def _take(self, handle: ProcessHandle, message: Message | None) -> None:
-        """Takes what a process says, in the thread that reads its pipe."""
+        """Handles a message of a process, in the thread that reads its pipe."""
         last_lines = handle.last_lines() if message is None else ""
         with self._lock:
             if self._closed:
@@ -284,7 +264,7 @@ class Worker:
         self._begin_runs()
 
     def _take_idle(self, handle: ProcessHandle, message: Message) -> None:
-        """Takes that a process is done with a run and its files."""
+        """Handles that a process has finished a run and its files."""
         self._stopping.discard(handle)
         run = self._busy.pop(handle, None)
         if run is not None:
@@ -302,7 +282,7 @@ class Worker:
             self._others.clear()
 
     def _replace(self, handle: ProcessHandle, last_lines: str) -> None:
-        """Puts a new process in the place of one that has ended."""
+        """Replaces a process that has ended."""
         was_ready = handle in self._ready
         was_stopped = handle in self._stopping
         self._ready.discard(handle)
@@ -313,7 +293,7 @@ class Worker:
             if not was_stopped:
                 reason = {
                     "end_reason": "failed",
-                    "error": f"the process of the run has ended: {last_lines}",
+                    "error": f"the process of the run died: {last_lines}",
                 }
             self._finish(run, reason)
         if handle is not self._first:
@@ -323,10 +303,10 @@ class Worker:
         self._first = None
         if was_ready:
             if not was_stopped:
-                self._tell_status("dead", f"It has ended: {last_lines}")
+                self._tell_status("dead", f"It died: {last_lines}")
             self.start()
         else:
-            # It would end again for the same reason.
+            # It would die again for the same reason.
             self._tell_status("dead", f"It could not start: {last_lines}")
             for waiting in self._waiting:
                 self._finish(
@@ -341,7 +321,7 @@ class Worker:
                 handle.kill()
 
     def _begin_runs(self) -> None:
-        """Gives runs that wait to processes that are free."""
+        """Gives waiting runs to free processes."""
         for handle in [self._first, *self._others]:
             if not self._waiting:
                 return
@@ -389,7 +369,7 @@ class Worker:
         self._tell(run.result)
 
     def _ask_summary(self) -> None:
-        """Asks the first process for statistics of the runs that are done."""
+        """Requests statistics of the finished runs from the first process."""
         rows = [
             {key: it.result.get(key) for key in ("planner", "drawn", "metrics")}
             for it in self._batch

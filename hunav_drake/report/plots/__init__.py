@@ -1,12 +1,12 @@
-"""Plots of one trial or many.
+"""Plots of one or more trials.
 
-Every function takes data and the axes to draw on, `ax`, and returns the axes.
-Without `ax` it makes a new figure, as wide as a column of a paper. No function
-shows its figure: a notebook does so by itself, and a script calls
-`matplotlib.pyplot.show` or `savefig`.
+Every function gets data and the axes to draw on, `ax`, and returns the axes.
+Without `ax` it creates a figure with the width of a column of a paper. It does
+not show the figure: notebooks do, and scripts call `matplotlib.pyplot.show` or
+`savefig`.
 
-The colors are those of Okabe & Ito 2008, which color-blind people can tell
-apart.
+The colors are those of Okabe & Ito 2008, which color-blind people can
+distinguish.
 """
 
 from hunav_drake.report.plots.activity import plot_behavior_activity

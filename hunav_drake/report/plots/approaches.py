@@ -1,4 +1,4 @@
-"""Approaches: when people are near the robot, and how near."""
+"""Approaches: periods in which a person is near the robot."""
 
 from dataclasses import dataclass
 
@@ -76,8 +76,8 @@ def spans(
 ) -> list[tuple[float, float]]:
     """Returns the periods in which flags are true: (start, end) in seconds.
 
-    A sample covers the time until the next one; the last sample covers as much
-    time as the one before it.
+    A sample covers the time until the next one; the last sample is as long as
+    the one before it.
     """
     times = recording.times
     last_interval = times[-1] - times[-2] if len(times) > 1 else 0.0

@@ -1,4 +1,4 @@
-"""Bar charts that compare planners over many runs."""
+"""Bar charts to compare planners over runs."""
 
 from collections.abc import Iterable
 
@@ -21,7 +21,7 @@ from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import label_text
 from hunav_drake.trial.result import TrialResult
 
-# The dots of more runs would hide each other.
+# With more runs, dots would hide each other.
 _MOST_DOTS = 200
 
 
@@ -34,16 +34,16 @@ def plot_comparison(
 ) -> Axes:
     """Draws bars of a metric's mean over runs, with confidence intervals.
 
-    The intervals are those of 95 %, and dots are single runs, where a bar has
-    at most 200. Runs without a value do not count. Rates are in percent. Runs
-    whose seeds draw nothing are one, without an interval, and the bar says so.
+    The intervals are 95 % intervals. Dots are single runs, for at most 200
+    runs per bar. Runs without a value do not count. Rates are in percent. Runs
+    whose seeds draw nothing count once, without an interval, and with a note.
     See `hunav_drake.runs.statistics.summarize`.
 
     Args:
-        runs: Results, or a table with a row per run, such as `ReadRuns` gives.
+        runs: Results, or a table with a row per run: see `ReadRuns`.
         metric: A column of the table.
-        by: The column that tells what is compared; a bar for each value. By
-            default planners, and settings of them apart.
+        by: The column to compare, with a bar for each value. By default
+            planners, with separate settings.
         ax: Where to draw; by default a new figure.
 
     Raises:
@@ -75,7 +75,7 @@ def plot_comparison(
         samples = samples[np.isfinite(samples)]
         if len(samples) > _MOST_DOTS:
             samples = samples[:0]
-        # Side by side, so that equal values do not hide each other.
+        # Shifted, so that equal values do not hide each other.
         spread = np.linspace(-0.2, 0.2, len(samples) + 2)[1:-1]
         ax.plot(samples, row + spread, ".", ms=3, color="0.25", mew=0)
         if pd.notna(values["low"]) and pd.notna(values["high"]):
@@ -95,9 +95,9 @@ def plot_comparison(
         note(ax, "there are no values")
     values = table[metric].to_numpy(dtype=float)
     if not (values < 0).any():
-        # The axis needs a length even if all values are 0.
+        # An axis needs a length even if all values are 0.
         ax.set_xlim(left=0, right=None if (values > 0).any() else 1)
-    # A long name has room to the left of the bars.
+    # A long name has more room when it is aligned to the right.
     ax.set_xlabel(label_text(metric, unit), loc="right")
     # A planner, and below it its setting.
     names = [str(name).split(", ", 1) for name in statistics.index]

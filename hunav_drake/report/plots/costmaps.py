@@ -14,11 +14,11 @@ from hunav_drake.systems.world.maps.costs import (
     Costmap,
 )
 
-# What the legend tells, and of which cost.
+# The entries of the legend, and their costs.
 _MEANING = {
-    "cheap": 1,
-    "dear": INSCRIBED - 1,
-    "robot would touch": INSCRIBED,
+    "low cost": 1,
+    "high cost": INSCRIBED - 1,
+    "robot in collision": INSCRIBED,
     "occupied": LETHAL,
     "unknown": UNKNOWN,
 }
@@ -27,17 +27,18 @@ _MEANING = {
 def plot_costmap(
     costmap: Costmap, *, ax: Axes | None = None, legend: bool = False
 ) -> Axes:
-    """Draws a costmap, as it lies in the world.
+    """Draws a costmap in the world frame.
 
-    Cells from cheap to dear are yellow to red, those where the robot would
-    touch something purple, occupied ones near black, unknown ones grey. Free
-    ones are clear: draw on axes with people, walls or a path as you like.
+    Cells of low to high cost are yellow to red; cells in which the center of
+    the robot would mean a collision are purple, occupied ones nearly black,
+    unknown ones gray. Free cells are transparent, so the axes may also show
+    people, walls or a path.
 
     Args:
         costmap: The map, as from the ports `local_costmap` and
             `global_costmap` of a planner.
         ax: Where to draw; by default a new figure.
-        legend: Whether a legend tells the colors.
+        legend: Whether to draw a legend of the colors.
 
     Returns:
         The axes.

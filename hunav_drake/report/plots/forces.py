@@ -43,7 +43,7 @@ _COLORS: Mapping[str, str] = MappingProxyType(
     }
 )
 
-# The size of the figure, in inches: arrows are to be told apart.
+# The size of the figure, in inches, large enough for the arrows.
 _WIDTH, _HEIGHT = 2 * COLUMN, 1.4 * COLUMN
 
 # Smaller forces are not drawn, in m/s^2: their arrows would be dots.
@@ -134,7 +134,7 @@ def _draw_discs(ax: Axes, rows: Any, *, color: str, name: str) -> None:
     ax.add_collection(
         LineCollection(noses, colors="0.2", linewidths=2.5, zorder=1.5)
     )
-    # An empty line that the legend shows as a disc.
+    # An empty line, for a disc in the legend.
     ax.plot([], [], "o", ms=6, mfc=color, mec="0.2", alpha=0.5, label=name)
 
 
@@ -148,16 +148,16 @@ def _draw_arrows(ax: Axes, rows: Any, arrows: Any, name: str) -> None:
         angles="xy",
         scale_units="xy",
         scale=1.0,
-        # A point, whatever the resolution of the figure.
+        # In points, for any resolution of the figure.
         units="inches",
         width=(1.0 if is_total else 2.2) / 72,
         headwidth=5.0 if is_total else 3.0,
         color=_COLORS[name],
-        # Light colors are hard to see without an edge.
+        # Light colors need an edge.
         edgecolor="0.35",
         linewidth=0.0 if is_total else 0.3,
         zorder=3 if is_total else 2,
         label=name.replace("_", " "),
     )
-    # Arrows do not count for the limits of the axes by themselves.
+    # The limits of the axes do not include arrows by default.
     ax.update_datalim(rows[:, : Y + 1] + arrows)

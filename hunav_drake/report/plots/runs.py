@@ -1,4 +1,4 @@
-"""The runs that a plot takes, and their names."""
+"""The input of plots: runs and their names."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from hunav_drake.trial.result import TrialResult
 
 Run = Recording | TrialResult
 
-# One run, several that are named by their differences, or several with names.
+# One run, several runs, or several runs by name.
 Runs = Run | Iterable[TrialResult] | Mapping[str, Run]
 
 
@@ -41,8 +41,8 @@ def recordings(data: Runs) -> dict[str, Recording]:
 def run_names(results: list[TrialResult]) -> list[str]:
     """Returns a short name for each result; no two are equal.
 
-    A name holds what differs between the results: scenario, planner, setting,
-    seed. Names that are still equal get a number.
+    A name consists of the properties that differ between the results:
+    scenario, planner, setting, seed. Names that are still equal get a number.
     """
     short = short_settings(dict.fromkeys(r.setting for r in results))
     return telling_names(
@@ -59,7 +59,7 @@ def run_names(results: list[TrialResult]) -> list[str]:
 
 
 def telling_names(parts: Sequence[Sequence[str]]) -> list[str]:
-    """Returns a name for each run, of those of its parts that differ.
+    """Returns a name for each run, from the parts that differ.
 
     Names that are equal get a number; a single run has none.
     """

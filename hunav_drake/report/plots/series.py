@@ -18,10 +18,10 @@ from hunav_drake.systems.evaluation.recording import Recording
 
 _HEIGHT = 2.3
 
-# Of numbers nearer to each other than this share of the time one is written.
+# The least distance between two written numbers, as a share of the time.
 _CROWDED = 0.14
 
-# The room below the closest approach, as a share of the axes: for a mark, and
+# The margin below the closest approach, as a share of the axes: for a mark, and
 # for a mark with a number below it.
 _MARK_ROOM = 0.04
 _LABEL_ROOM = 0.17
@@ -35,8 +35,7 @@ def plot_distance_to_people(
     The distance is the gap between the surfaces of the robot and the person,
     as in Fig. 5 of Perez-Higueras et al., "HuNavSim", 2023. The bands are the
     proxemic zones of Hall 1969. A triangle marks the closest point of each
-    approach (see `find_approaches`); for a single run the distance is written
-    below it.
+    approach (see `find_approaches`), with the distance for a single run.
 
     Args:
         data: One run, or several, with one line for each.
@@ -72,7 +71,7 @@ def plot_distance_to_people(
         note(ax, "there are no people")
     _set_time_axis(ax, runs)
     top = max(1.5, 1.05 * top)
-    # Marks and the numbers below them must not lie on the axis.
+    # Marks and numbers must not overlap the axis.
     bottom = min(
         0.0, lowest - (_LABEL_ROOM if "" in runs else _MARK_ROOM) * top
     )
@@ -91,7 +90,7 @@ def _mark_minima(
     from matplotlib.patheffects import withStroke
 
     closest = run.features.closest_gap
-    # Of two people at one time, only the closer one is on the line.
+    # If two people are near at once, only the closer one is on the line.
     points = sorted(
         (e.time, e.gap)
         for e in find_approaches(run, near=near)
@@ -119,7 +118,7 @@ def _mark_minima(
             ax.annotate(
                 f"{gap:.2f} m",
                 (time, gap),
-                # The line comes from above and goes back there.
+                # The line has a minimum here, so there is room below.
                 xytext=(0, -4),
                 textcoords="offset points",
                 ha="center",
@@ -142,7 +141,7 @@ def plot_robot_speed(
     times, in the color of each run.
 
     Args:
-        data: One run, or several, each with a line of its own.
+        data: One run, or several, with one line for each.
         near: The gap below which a person is near, surface to surface, in
             meters.
         ax: Where to draw; by default a new figure.
@@ -188,7 +187,7 @@ def plot_robot_speed(
     ax.set_ylim(low - strips - (room if low < 0 else 0.0), high + room)
     if strips:
         ax.axhline(low - room / 2, color="0.8", lw=0.5)
-        # The strips are not speeds: a tick of their own says what they are.
+        # The strips are not speeds: an extra tick labels them.
         ticks = [t for t in ax.get_yticks() if low <= t <= high + room]
         ax.set_yticks(
             [low - (strips + room) / 2, *ticks],

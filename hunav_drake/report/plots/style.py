@@ -1,4 +1,4 @@
-"""What all plots share: colors, sizes, new figures, legends and walls."""
+"""Colors, sizes, figures, legends and labels of all plots."""
 
 from collections.abc import Iterable, Sequence
 from itertools import cycle, islice
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import matplotlib.axes
 
 
-# Matplotlib is loaded when something is drawn, for it takes long.
+# Matplotlib takes long to load, so it is loaded for drawing only.
 type Axes = matplotlib.axes.Axes
 
 # The width of a column of a paper, in inches.
@@ -20,9 +20,9 @@ COLUMN = 3.4
 LABEL_SIZE = 8.0
 SMALL_SIZE = 7.0
 
-# The colors of Okabe & Ito 2008, which people with color blindness can tell
-# apart, and two of Tol 2021. Yellow lines would be hard to see on white, and
-# black is the robot.
+# The colors of Okabe & Ito 2008, which color-blind people can distinguish, and
+# two of Tol 2021. Yellow lines are hard to see on white, and black is the
+# robot.
 YELLOW = "#f0e442"
 PALETTE = (
     "#0072b2",
@@ -38,10 +38,10 @@ ROBOT = "#000000"
 PEOPLE = "#8c8c8c"
 MUTED = "#555555"
 
-# The longest name that does not push the plot out of its figure.
+# The maximum length of a label.
 _LONGEST = 18
 
-# Lines beyond the last color begin again with other dashes.
+# After the last color, lines have the first color with other dashes.
 _DASHES = ("-", "--", ":", "-.")
 
 
@@ -54,8 +54,8 @@ def line_styles(count: int) -> list[dict[str, str]]:
 def behavior_styles(behaviors: Iterable[str]) -> dict[str, dict[str, str]]:
     """Returns the color and dashes of each behavior, by its name.
 
-    A behavior of this package has the same color in every plot. Those of users
-    have the colors that are left.
+    A behavior of this package has the same color in every plot. Behaviors of
+    users get the remaining colors.
     """
     names = list(dict.fromkeys(behaviors))
     fixed = dict(zip(BEHAVIORS, line_styles(len(BEHAVIORS)), strict=True))
@@ -89,7 +89,7 @@ def new_axes(
 
 
 def set_text_sizes(ax: Axes) -> None:
-    """Sets text sizes that fit a column, and hides needless lines."""
+    """Sets text sizes for a column, and hides unnecessary lines."""
     ax.tick_params(labelsize=SMALL_SIZE)
     for axis in (ax.xaxis, ax.yaxis):
         axis.label.set_size(LABEL_SIZE)
@@ -103,15 +103,15 @@ def legend_outside(
     beside: bool = False,
     title: str | None = None,
 ) -> None:
-    """Puts the legend above the axes, or `beside` them, where it hides no data.
+    """Draws the legend above the axes, or `beside` them.
 
-    Above, it has up to so many columns, if there is room.
+    Above, it has up to `columns` columns, if there is room.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not handles:
         return
     columns = 1 if beside else _fitting(ax, labels, columns)
-    # Matplotlib fills column by column; this is read line by line.
+    # Matplotlib fills columns; this order fills rows.
     order = [i for c in range(columns) for i in range(c, len(handles), columns)]
     legend = ax.legend(
         [handles[i] for i in order],
@@ -129,18 +129,18 @@ def legend_outside(
         handletextpad=0.5,
         columnspacing=1.0,
     )
-    # A name may have a dollar sign, which is not meant as mathematics.
+    # A dollar sign in a name does not mean mathematics.
     for text in legend.get_texts():
         text.set_parse_math(False)
 
 
 def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
-    """Returns how many columns of a legend fit above axes."""
-    # About, in points: a letter is somewhat wider than half its height, and
-    # the handle and the gap are as wide as six.
+    """Returns the number of columns of a legend that fit above axes."""
+    # Estimates in points: a letter is a little wider than half its height, and
+    # the handle and the gap are as wide as six letters.
     letter = 0.57 * SMALL_SIZE
     whole = 72.0 * ax.figure.get_figwidth()
-    # Names to the left of the axes leave less room to them.
+    # Names to the left reduce the width of the axes.
     names = [len(tick.get_text()) for tick in ax.get_yticklabels()]
     room = min(
         1.2 * whole * ax.get_position().width,
@@ -156,10 +156,10 @@ def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
 def shown(name: str) -> str:
     """Returns a name as a short label that Matplotlib does not hide."""
     if len(name) > _LONGEST:
-        # What tells names apart is at either end: "a.speed=1" and "a.speed=2".
+        # Names mostly differ at their ends: "a.speed=1" and "a.speed=2".
         half = _LONGEST // 2
         name = f"{name[: half - 1]}\u2026{name[-half:]}"
-    # Labels that begin with an underscore are left out of legends.
+    # Legends omit labels that start with an underscore.
     return f" {name}" if name.startswith("_") else name
 
 
@@ -171,7 +171,7 @@ def label_rows(ax: Axes, labels: Sequence[str]) -> None:
 
 
 def note(ax: Axes, text: str) -> None:
-    """Writes in the middle of empty axes why they are empty."""
+    """Writes the reason into empty axes."""
     ax.text(
         0.5,
         0.5,

@@ -25,23 +25,23 @@ from hunav_drake.systems.common.layout import RADIUS, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.scene.plan_walls import draw_walls
 
-# Round numbers for the time between marks, in seconds, and about how many marks
-# there are.
+# Round numbers for the time between marks, in seconds, and the approximate
+# number of marks.
 _INTERVALS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0)
 _MARKS = 6
 
 # With more people than this, colors show behaviors, not people.
 _MANY = 6
 
-# The largest map beside the numbers of its axes, in inches.
+# The maximum size of the map, in inches.
 _MAP = np.array([0.85 * COLUMN, COLUMN])
 
-# How far the middle of a label is from its point, in points: 8 directions,
-# near and less near.
+# The distances of a label's middle from its point, in points, and their
+# directions.
 _REACH = np.array([7.0, 10.0])
 _ANGLES = np.arange(8) * np.pi / 4 + np.pi / 2
 
-# A label is left out with a label or a line nearer to its middle than this, in
+# The least distances of a label's middle from other labels and from lines, in
 # points.
 _LABEL_ROOM = 9.0
 _LINE_ROOM = 3.5
@@ -67,16 +67,15 @@ def plot_trajectories(
     """Draws the trajectories of the robot and the people on the map.
 
     Discs show the start positions in true size, and the star is the goal. Dots
-    mark equal steps of time, with the time in seconds beside them. With
-    several runs each robot has a color, and the people of the first run are
-    thin gray lines. In a single run each person has a color; with more than
-    six people each behavior has one, and names stand beside the start
-    positions where there is room.
+    mark equal time steps, with the time in seconds. With several runs each
+    robot has a color, and the people of the first run are thin gray lines. In
+    a single run each person has a color; with more than six people each
+    behavior has one, and names are at the start positions if there is room.
 
     Args:
         data: One run, or several.
-        mark_every: The time between dots, in seconds; by default such that
-            there are about six.
+        mark_every: The time between dots, in seconds; by default chosen for
+            about six dots.
         ax: Where to draw; by default a new figure.
 
     Raises:
@@ -191,7 +190,7 @@ def _mark_times(
     first = math.ceil(times[0] / every - 1e-9)
     last = math.floor(times[-1] / every + 1e-9)
     when = np.arange(first, last + 1) * every
-    # The nearest sample; a person who is absent then has no mark.
+    # The nearest sample; absent people have no mark.
     after = np.clip(np.searchsorted(times, when), 1, max(len(times) - 1, 1))
     before = after - 1
     after = np.minimum(after, len(times) - 1)
@@ -226,7 +225,7 @@ def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
     """Returns the limits and the scale of the map.
 
     They are the lower left and the upper right corner, in meters; the scale, in
-    inches per meter; and whether the legend goes beside it, for it is tall.
+    inches per meter; and whether it is tall, with the legend beside it.
     """
     low, high = _bounds(runs)
     size = high - low
@@ -234,7 +233,7 @@ def _frame(runs: list[Recording]) -> tuple[Array, Array, float, bool]:
 
 
 def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
-    """Returns the corners of all that is drawn, with a margin, in meters."""
+    """Returns the corners of the map with a margin, in meters."""
     points = [np.zeros((0, 2))]
     for run in runs:
         for states in (run.robot, run.humans.reshape(-1, run.humans.shape[-1])):
@@ -253,10 +252,10 @@ def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
 
 
 def _place_labels(ax: Axes, labels: Sequence[_Label], *, scale: float) -> None:
-    """Writes labels beside their points, away from drawn lines and each other.
+    """Writes labels near their points, away from lines and other labels.
 
-    They are placed in the given order; those without room are left out. One
-    unit of the axes is `scale` points long in the figure.
+    They are placed in order; labels without room are omitted. One unit of the
+    axes is `scale` points long in the figure.
     """
     drawn = shapely.geometrycollections(
         [

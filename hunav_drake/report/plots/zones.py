@@ -1,4 +1,4 @@
-"""Time that the robot spends in each proxemic zone."""
+"""The time that the robot spends in each proxemic zone."""
 
 from typing import NamedTuple
 
@@ -45,7 +45,7 @@ ZONES = (
     Zone("public", SOCIAL, np.inf, "#d9d9d9"),
 )
 
-# Narrower parts of a bar have no room for a number, in percent.
+# The least width of a part of a bar with a number, in percent.
 _NARROW = 9.0
 
 

@@ -1,1 +1,1 @@
-"""How the planners of a suite compare: means, tables and relations."""
+"""Comparisons of the planners of a suite: means, tables and relations."""

@@ -1,6 +1,6 @@
-"""What holds in every run of the paper's experiment, or the trial is not it.
+"""Identities that must hold in every run of the paper's experiment.
 
-What is NaN does not hold: `max` and `min` of Python would pass over it.
+With NaN they do not hold: `max` and `min` of Python would ignore it.
 """
 
 from collections.abc import Callable
@@ -13,10 +13,10 @@ from hunav_drake.systems.common.arrays import Array
 P, C, K, FREE = "passing", "crossing", "combined", "free_run"
 PLANNERS = ("dwb", "scl", "sfw")
 
-# The lengths of the straight ways from start to goal, in meters.
+# The straight distances from start to goal, in meters.
 _WAYS = {P: 15.2, C: 4.9}
 
-# Tells whether it holds, and the numbers it is about.
+# Returns whether it holds, and its numbers.
 Identity = Callable[[Means], tuple[bool, str]]
 
 
@@ -143,14 +143,14 @@ def _cruises(means: Means) -> tuple[bool, str]:
     return all(0.55 <= v <= 0.62 for v in speeds.values()), told
 
 
-# By number, scenarios and what they say.
+# Number, scenarios, text and test.
 IDENTITIES: tuple[tuple[int, str, str, Identity], ...] = (
     (1, "all", "social work is at most the sum of its forces", _work_is_a_sum),
     (2, "all", "forces on people equal those on the robot", _forces_are_mutual),
     (3, "both", "shares of zones sum to 100 %, in crossing to 99", _zones),
     (4, "both", "the robot ends where it is nearest", _final_distance),
     (5, "both", "length = mean speed x recorded time", _length_and_speed),
-    (6, "both", "people walk as far, whatever the planner", _walked),
+    (6, "both", "people walk as far with every planner", _walked),
     (7, "both", "all runs complete, without collision", _all_complete),
     (8, FREE, "cruising speed alone 0.55 to 0.62 m/s", _cruises),
 )

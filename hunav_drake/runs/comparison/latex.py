@@ -4,7 +4,7 @@ import re
 
 from hunav_drake.runs.comparison.tables import NOTE, Table
 
-# What a document needs in its preamble.
+# The packages that a document needs.
 PACKAGES = ("booktabs", "graphicx")
 
 _SPECIAL = str.maketrans(
@@ -30,10 +30,9 @@ _SPECIAL = str.maketrans(
 
 
 def to_latex(table: Table) -> str:
-    """Returns a table for LaTeX, with the packages of `PACKAGES`.
+    """Returns a table for LaTeX, which needs `PACKAGES`.
 
-    It is as wide as its text, but at most as a line. In two columns it takes
-    both.
+    It is as wide as its text, but at most one line, and spans two columns.
     """
     columns = "l" + "r" * (len(table.header) - 2) + "l"
     head = " & ".join(map(escaped, table.header))
@@ -59,16 +58,15 @@ def to_latex(table: Table) -> str:
 
 
 def escaped(text: str) -> str:
-    """Returns text in which nothing means anything to LaTeX.
+    """Returns text with the special characters of LaTeX escaped.
 
-    Characters that pdfLaTeX does not know are left to fontenc and inputenc, or
-    to XeLaTeX and LuaLaTeX.
+    Other characters need fontenc and inputenc, or XeLaTeX or LuaLaTeX.
     """
     return text.translate(_SPECIAL)
 
 
 def _cell(text: str) -> str:
-    """Returns text, in which numbers have minus signs and powers of ten."""
+    """Returns escaped text, with minus signs and powers of ten."""
     text = escaped(text)
     text = re.sub(
         r"(?<=\d)e([+-]\d+)",

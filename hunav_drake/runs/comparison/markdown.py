@@ -1,18 +1,24 @@
-"""The results of a suite as a page of Markdown, to be kept with others."""
+"""The results of a suite as a page of Markdown."""
 
 import re
 
 import pandas as pd
 
-from hunav_drake.runs.comparison.tables import ENDS, NOTE, mean_text, shown_unit
+from hunav_drake.runs.comparison.tables import (
+    ENDS,
+    NOTE,
+    by_place,
+    mean_text,
+    shown_unit,
+)
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text, why_not_goal
 from hunav_drake.runs.statistics import summarize
 from hunav_drake.runs.suite_result import KEYS, SuiteResult
 from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.quantity_text import unit_text
 
-# What most want to know first: whether the robot arrives, how fast, and what
-# people have to bear.
+# The main metrics: whether the robot arrives, how fast, and the effects on
+# people.
 METRICS = (
     "completed",
     "time_to_reach_goal",
@@ -24,19 +30,18 @@ METRICS = (
     "social_work",
 )
 
-# So many digits of a hash tell cells apart.
+# The number of digits of a hash that are shown.
 _DIGITS = 12
 
 
 def to_markdown(result: SuiteResult, command: str) -> str:
     """Returns a page with a table for each scenario and setting.
 
-    A row is a planner; its cells are as in other tables. The same suite gives
-    the same page, whatever it cost.
+    A row is a planner. The page does not depend on computing times.
 
     Args:
-        result: What the suite has given.
-        command: What makes the page.
+        result: The result of a suite.
+        command: The command that makes the page.
     """
     suite = result.suite
     runs = result.runs()
@@ -49,18 +54,13 @@ def to_markdown(result: SuiteResult, command: str) -> str:
         f"    {command}",
         "",
         f"with {_counts(runs, suite.repetitions)} ({versions})."
-        " Numbers are means \N{PLUS-MINUS SIGN} half of their 95 % confidence"
-        " interval, which, of rates, is in square brackets; where there is"
-        f" none, there is one seed, or all are equal. {NOTE} Distances are"
-        " between surfaces. The last column begins the hash of the cell, which"
-        " is in `suite.json`.",
+        " Numbers are means \N{PLUS-MINUS SIGN} half of the 95 % confidence"
+        " interval. Rates have the interval in square brackets. There is no"
+        " interval for a single seed, or if all values are equal."
+        f" {NOTE} Distances are between surfaces. The last column has the first"
+        " digits of the cell's hash, which is in `suite.json`.",
     ]
-    keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
-    for scenario, setting in keys if len(runs) else ():
-        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
-        part.attrs = runs.attrs
-        if part.empty:
-            continue
+    for scenario, setting, part in by_place(runs):
         title = ", ".join(word for word in (scenario, setting) if word)
         lines += ["", f"## {title}", "", *_table(result, part)]
         ends = count_outcomes(part, ["planner"])
@@ -73,7 +73,7 @@ def to_markdown(result: SuiteResult, command: str) -> str:
 
 
 def _counts(runs: pd.DataFrame, repetitions: int) -> str:
-    """Returns how many seeds the cells have, as a phrase."""
+    """Returns the number of seeds of the cells, as a phrase."""
     if runs.empty:
         return "no run"
     cells = runs.groupby(list(KEYS), sort=False).seed.nunique()

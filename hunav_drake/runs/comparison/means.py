@@ -1,4 +1,4 @@
-"""Means over the runs of a suite, and how sure they are."""
+"""Means over the runs of a suite, and their bootstrap samples."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,10 +14,10 @@ from hunav_drake.systems.common.arrays import Array, Mask
 
 _RESAMPLES = 1000
 
-# So many values are drawn at once.
+# The maximum number of values that are drawn at once, to save memory.
 _AT_ONCE = 1_000_000
 
-# Where a mean is from: planner and scenario, and perhaps a behavior.
+# The origin of a mean: planner and scenario, and perhaps a behavior.
 Place = tuple[str, ...]
 
 
@@ -27,10 +27,10 @@ class Sample(NamedTuple):
     Attributes:
         means: By name: the mean over all seeds, then those of samples, shape
             (1 + samples,).
-        counts: Over how many seeds each of the first means is.
-        note: Which seeds these are, if not all; or nothing.
-        is_sure: Whether samples tell how sure the means are. One seed does
-            not, if it draws something.
+        counts: The number of seeds of each mean.
+        note: Which seeds these are, if not all; or empty.
+        is_sure: Whether samples show the uncertainty of the means; they do not
+            for one seed that draws something.
     """
 
     means: dict[str, Array]
@@ -42,9 +42,9 @@ class Sample(NamedTuple):
 class Means:
     """Means over the seeds of a setting; repetitions of a seed count once.
 
-    Samples are drawn by the bootstrap (Efron 1979): of the seeds, so that runs
-    of the same seed, of whatever planner, are drawn together. Planners and
-    scenarios that have no runs raise a KeyError.
+    The bootstrap (Efron 1979) draws samples of seeds, so the runs of all
+    planners with one seed are drawn together. Planners and scenarios without
+    runs raise a KeyError.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Means:
         """Sorts the runs of a setting by planner, scenario and behavior.
 
         Args:
-            result: What a suite has given.
+            result: The result of a suite.
             setting: The setting.
             seed: The seed of the draws.
         """
@@ -79,8 +79,7 @@ class Means:
         """Returns the means of a metric in some places, by their names.
 
         They are over the seeds in which all places have a value, and in which
-        all arrive, if not all do in each and the metric does not tell how
-        often.
+        all arrive, unless the metric includes runs that do not arrive.
 
         Raises:
             KeyError: If a place has no value, or there is no such seed.
@@ -130,7 +129,7 @@ class Means:
         n = values.shape[1]
         random = np.random.default_rng([self._seed, number])
         means = [values.mean(axis=1, keepdims=True)]
-        # A few samples at a time: all of many runs would fill the memory.
+        # A few samples at a time, to save memory.
         size = max(1, min(_RESAMPLES, _AT_ONCE // n))
         for start in range(0, _RESAMPLES, size):
             count = min(size, _RESAMPLES - start)
@@ -152,7 +151,7 @@ class Means:
     def runs(self, metric: str) -> dict[tuple[str, str], Array]:
         """Returns the values of all runs, by planner and scenario.
 
-        Runs without a result count where it is about whether they arrive.
+        Runs without a result only count for rates of arrival.
         """
         found: dict[tuple[str, str], Array] = {}
         for key, part in self._runs.items():
@@ -163,13 +162,13 @@ class Means:
         return found
 
     def _kind(self, place: Place) -> Hashable:
-        """Returns what places share whose seeds are drawn together."""
+        """Returns a key of places whose seeds are drawn together."""
         return self._kinds[place[1]]
 
     def _column(self, place: Place, metric: str) -> Array:
-        """Returns the values by seed, or NaN: shape (seeds,)."""
+        """Returns the values by seed, shape (seeds,), NaN for none."""
         table, seeds = self._tables[place], self._seeds[self._kind(place)]
-        # A run of which nothing is drawn is that of every seed.
+        # A run of which nothing is drawn represents every seed.
         fill = "nearest" if self._is_fixed(place) else None
         values: Array = (
             table[metric].reindex(seeds, method=fill).to_numpy(float)
@@ -177,19 +176,19 @@ class Means:
         return np.where(np.isfinite(values), values, np.nan)
 
     def _is_fixed(self, place: Place) -> bool:
-        """Returns whether a place has one run, which is that of all seeds."""
+        """Returns whether a place has one run that represents all seeds."""
         table = self._tables[place]
         return len(table) == 1 and bool(draws_nothing(table).all())
 
     def _arrive(self, places: Sequence[Place]) -> Mask | None:
-        """Returns in which seeds all arrive; None where all count."""
+        """Returns the seeds in which all arrive; None for all seeds."""
         if any(RATES[0] not in self._tables[it[:2]] for it in places):
             return None
         return where_all_arrive(self._column(it[:2], RATES[0]) for it in places)
 
 
 def _by_seed(runs: pd.DataFrame) -> pd.DataFrame:
-    """Returns a row per seed: what its repetitions give, on average."""
+    """Returns a row per seed: the means over its repetitions."""
     numbers = runs.select_dtypes("number").columns.drop("seed")
     return once_per_seed(runs, ["seed"], list(numbers)).set_index("seed")
 

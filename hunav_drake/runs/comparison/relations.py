@@ -1,9 +1,9 @@
-"""Whether relations between planners hold, as tables of a paper show them.
+"""Tests of expected relations between planners.
 
-A relation holds if it does so for the means over runs, and in nine of ten
-samples that the bootstrap draws from the seeds; in fewer of them, it holds for
-these means only, and more runs may decide otherwise; so it does on one seed
-that draws something. Of NaN nothing holds.
+A relation holds if it holds for the means over runs, and in nine of ten
+bootstrap samples of the seeds. If it holds in fewer samples, the verdict is
+"mean only", and more runs may change it; so it is for a single seed that draws
+something. No relation holds for NaN.
 """
 
 from collections.abc import Sequence
@@ -26,17 +26,17 @@ _SHARE = 0.9
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """What became of a relation.
+    """The result of testing a relation.
 
     Attributes:
-        number: What it is called.
-        scenarios: Where it applies.
-        text: What it says.
-        strength: How sure it is that it should hold.
-        verdict: Whether it holds, or does so for the means only.
-        share: In how many of the samples it holds, from 0 to 1; NaN if it was
-            not tested, or on a single seed, which tells no share.
-        numbers: What was compared, or why it was not.
+        number: The number of the relation.
+        scenarios: The scenarios.
+        text: The relation as text.
+        strength: The certainty that it should hold.
+        verdict: Whether it holds, or only for the means.
+        share: The share of samples in which it holds, from 0 to 1; NaN if it
+            was not tested, or on a single seed.
+        numbers: The compared numbers, or why there are none.
     """
 
     number: int
@@ -49,12 +49,12 @@ class Judgement:
 
 
 class Tally(NamedTuple):
-    """How many relations hold.
+    """Numbers of relations.
 
     Attributes:
-        tested: How many were tested.
+        tested: The number of tested relations.
         held: How many of these hold for the means.
-        surely: How many of these do so also in nine of ten resamples.
+        surely: How many of these also hold in nine of ten resamples.
     """
 
     tested: int
@@ -63,14 +63,14 @@ class Tally(NamedTuple):
 
     @property
     def shares(self) -> tuple[float, float]:
-        """The parts of `held` and `surely`, from 0 to 1; NaN of none."""
+        """The shares of `held` and `surely`, from 0 to 1; NaN for none."""
         if not self.tested:
             return math.nan, math.nan
         return self.held / self.tested, self.surely / self.tested
 
 
 def judge(result: SuiteResult) -> list[Judgement]:
-    """Tests the relations of a suite on its runs, in each of its settings."""
+    """Tests the relations of a suite on its runs, in each setting."""
     settings = dict.fromkeys(cell.setting for cell in result.cells)
     judgements = []
     for setting in settings:
@@ -127,7 +127,7 @@ def _judge(result: SuiteResult, means: Means) -> list[Judgement]:
 def tally(
     judgements: Sequence[Judgement], strength: Strength = "strong"
 ) -> Tally:
-    """Returns how many of the relations of a strength hold."""
+    """Returns the numbers of relations of a strength."""
     verdicts = [it.verdict for it in judgements if it.strength == strength]
     tested = [it for it in verdicts if it != "not tested"]
     surely = tested.count("holds")
@@ -161,7 +161,7 @@ def _test(relation: Relation, means: Means) -> tuple[Verdict, float, str]:
 
 
 def _told(sample: Sample) -> str:
-    """Returns means, over how many seeds they are, and over which."""
+    """Returns the means as text, with the number and kind of their seeds."""
     counts = sample.counts
     alike = len(set(counts.values())) == 1
     words = [
@@ -175,10 +175,7 @@ def _told(sample: Sample) -> str:
 
 
 def _place_sets(relation: Relation, means: Means) -> list[dict[str, Place]]:
-    """Returns the places by what formulas call them.
-
-    It is to hold for each of them.
-    """
+    """Returns sets of places by name; a formula must hold in each set."""
     scenarios, planners = relation.scenarios, means.planners
     if relation.by == "planner":
         several = len(scenarios) > 1

@@ -1,6 +1,6 @@
 """Tables of a suite, planners side by side, and as text."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import math
 
@@ -17,16 +17,16 @@ from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import ROUNDING, number_text, unit_text
 
-# What the tables of a suite show: those of the paper, which most people know.
+# The metrics in the tables of a suite: those of the paper.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
 
-# How a cell is to be read.
+# The legend of a cell.
 NOTE = (
-    "In brackets: n, over how many seeds a mean is. * Not all of these runs"
-    " arrive, so the mean is also of ways that end early."
+    "In brackets: n, the number of seeds. * Not all of these runs arrive, so"
+    " the mean includes paths that end early."
 )
 
-# The row that tells for which reasons runs ended.
+# The row of end reasons.
 ENDS = "ends"
 
 _BEHAVIOR_METRICS = tuple(PUBLISHED_BY_BEHAVIOR["regular"]["dwb"])
@@ -34,10 +34,10 @@ _BEHAVIOR_METRICS = tuple(PUBLISHED_BY_BEHAVIOR["regular"]["dwb"])
 
 @dataclass(frozen=True)
 class Table:
-    """A table as texts.
+    """A table of texts.
 
     Attributes:
-        title: What it is about.
+        title: The title.
         header: The names of the columns.
         rows: The cells; the first is the name of the row.
     """
@@ -47,52 +47,42 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
+def by_place(runs: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
+    """Yields each scenario and setting, with its runs."""
+    if runs.empty:
+        return
+    keys = ["scenario", "setting"]
+    for (scenario, setting), part in runs.groupby(keys, sort=False):
+        part.attrs = runs.attrs
+        yield scenario, setting, part
+
+
 def scenario_tables(result: SuiteResult) -> list[Table]:
     """Returns a table for each scenario and setting: metrics by planner.
 
-    A cell is as `mean_text` tells; beside it, for the paper's own suite, is the
-    value that the paper printed.
+    For cells see `mean_text`. The paper's suite also has the paper's values.
     """
-    runs = result.runs()
-    if runs.empty:
-        return []
-    keys = dict.fromkeys((c.scenario, c.setting) for c in result.cells)
     tables = []
-    for scenario, setting in keys:
-        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
-        if part.empty:
-            continue
-        part.attrs = runs.attrs
+    for scenario, setting, runs in by_place(result.runs()):
         published = printed_values(result.suite.name, scenario)
-        title = " ".join(word for word in (scenario, setting) if word)
-        table = _table(title, part, PAPER_METRICS, published)
-        tables += [table] if table else []
-    return tables
+        title = " ".join(filter(None, (scenario, setting)))
+        tables.append(_table(title, runs, PAPER_METRICS, published))
+    return [table for table in tables if table]
 
 
 def behavior_tables(result: SuiteResult) -> list[Table]:
-    """Returns, where people differ, a table for each behavior (Table IV)."""
-    runs = result.runs(by_behavior=True)
-    if runs.empty:
-        return []
+    """Returns a table for each behavior, if there are several (Table IV)."""
     tables = []
-    for scenario, setting in dict.fromkeys(
-        zip(runs.scenario, runs.setting, strict=True)
-    ):
-        part = runs[(runs.scenario == scenario) & (runs.setting == setting)]
-        behaviors = part.behavior.unique()
-        if len(behaviors) < 2:
-            continue
-        for behavior in behaviors:
-            rows = part[part.behavior == behavior]
+    for scenario, setting, runs in by_place(result.runs(by_behavior=True)):
+        behaviors = runs.behavior.unique()
+        for behavior in behaviors if len(behaviors) > 1 else ():
+            rows = runs[runs.behavior == behavior]
             rows.attrs = runs.attrs
-            name = result.suite.name
-            published = printed_values(name, scenario, behavior)
-            place = " ".join(word for word in (scenario, setting) if word)
+            published = printed_values(result.suite.name, scenario, behavior)
+            place = " ".join(filter(None, (scenario, setting)))
             title = f"{place}, {behavior} people"
-            table = _table(title, rows, _BEHAVIOR_METRICS, published)
-            tables += [table] if table else []
-    return tables
+            tables.append(_table(title, rows, _BEHAVIOR_METRICS, published))
+    return [table for table in tables if table]
 
 
 def _table(
@@ -130,20 +120,20 @@ def _table(
 
 
 def shown_unit(runs: pd.DataFrame, metric: str) -> str:
-    """Returns the unit that tables show a metric in: rates are in percent."""
+    """Returns the unit of a metric in tables: rates are in percent."""
     return "%" if metric in RATES else unit_of(runs, metric)
 
 
 def mean_text(described: pd.Series, metric: str, unit: str) -> str:
-    """Returns what tables tell of a metric in a cell.
+    """Returns the text of a metric in a cell.
 
-    It is the mean, half the width of its 95 % interval, or, of rates, the
-    interval, and n in brackets; an asterisk as `NOTE` explains it.
+    It has the mean, half the width of its 95 % interval (for rates, the
+    interval), n in brackets, and perhaps an asterisk: see `NOTE`.
 
     Args:
         described: A row of `summarize`.
-        metric: Its name.
-        unit: The unit to show it in.
+        metric: The name of the metric.
+        unit: The unit in which it is shown.
     """
     scale = 100.0 if metric in RATES else 1.0
     mean, low, high = (
@@ -153,12 +143,12 @@ def mean_text(described: pd.Series, metric: str, unit: str) -> str:
     text = number_text(mean, unit)
     if metric in RATES:
         text = text.removesuffix(".0")
-        # It does not reach as far to both sides.
+        # This interval is not symmetric.
         text += f" [{low:.0f}, {high:.0f}]" * math.isfinite(half)
     elif math.isfinite(half) and half > ROUNDING * max(1.0, abs(mean)):
         reach = number_text(half, unit, scale=abs(mean))
         if float(reach) == 0:
-            # Other decimals than those of the mean are better than none.
+            # More decimals than those of the mean are better than 0.
             reach = number_text(half)
         text += f" \N{PLUS-MINUS SIGN} {reach}"
     mark = early_mark(metric, described)

@@ -106,8 +106,8 @@ def test_a_run_can_be_filmed(hunav, tmp_path):
         (["nothing", "-o", "a.gif"], "no such file or folder; `hunav run"),
         ([".", "-o", "a.gif"], "there is no recording"),
         ([".", "-o", "a.avi"], "must end in one of .gif, .mp4, .png"),
-        ([".", "-o", "a.gif", "--at", "1"], "--at 1: is for a .png alone"),
-        ([".", "-o", "a.png", "--from", "1"], "give --at instead"),
+        ([".", "-o", "a.gif", "--at", "1"], "--at 1: is only for a .png"),
+        ([".", "-o", "a.png", "--from", "1"], "use --at instead"),
         ([".", "-o", "no/folder/a.gif"], "there is no folder no/folder"),
     ],
 )
@@ -285,7 +285,8 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
         lines[1:4], ("13: skin", "21: init_pose.z", "32: h"), strict=True
     ):
         assert line.startswith(f"{place}:{told} of {people}: ")
-    assert "without a goal it stands; give --start X Y YAW and --" in lines[4]
+    told = "without a goal it stands still; add --start X Y YAW and --"
+    assert told in lines[4]
     assert len(lines) == 5
     # Its map is found from where the file is.
     path = yaml.safe_load(output.read_text())["world"]["map"]
@@ -294,7 +295,7 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
     start = ["--set", "robot.start=[0, -3, 0]"]
     code, _, err = hunav("check", output, *start)
     assert code == 0
-    assert "the robot has no goal, so it stands for all 60 s" in err
+    assert "the robot has no goal, so it stands still for all 60 s" in err
     # Or it is told where the robot is, and where it goes.
     places = ["--start", 0, -3, 0, "--goal", 0, -4, 0, "--force"]
     words = ["import", place, "--map", folder / "map_cafe2.yaml", *places]

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from hunav_drake.commands import doctor_findings as doctor
+from hunav_drake.commands import doctor
 
 
 def only(findings):
@@ -147,7 +147,7 @@ def test_a_renderer_that_crashes_is_told(monkeypatch):
         raise subprocess.TimeoutExpired([], options["timeout"])
 
     monkeypatch.setattr(doctor.subprocess, "run", hang)
-    assert "nothing after 60 s" in trouble(doctor.check_camera()).text
+    assert "no result after 60 s" in trouble(doctor.check_camera()).text
 
 
 def test_a_missing_graphviz_is_told(monkeypatch):

@@ -79,7 +79,7 @@ def test_words_of_a_command_that_are_wrong_are_told_in_a_line(capsys):
         ("rn", "there is no command 'rn'; did you mean 'run'?; valid: run"),
         (
             "metrics jerk",
-            "there is no command 'jerk'; to show it, write show before it;",
+            "there is no command 'jerk'; write show before it to show it;",
         ),
         ("tree shwo", "there is no command 'shwo'; did you mean 'show'?"),
         ("run", "the following arguments are required: scenario"),

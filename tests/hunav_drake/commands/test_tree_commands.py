@@ -84,7 +84,7 @@ def test_fault_is_one_line(hunav, faulty, command):
     assert (code, out) == (2, "")
     fault, *hint = err.splitlines()
     assert fault.startswith(f"hunav: {faulty}:2: ")
-    assert hint == ["hunav: import a part of your own with --import FILE"]
+    assert hint == ["hunav: import your own parts with --import FILE"]
 
 
 def test_convert_prints_format_4(hunav, old):

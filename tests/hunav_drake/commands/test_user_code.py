@@ -142,6 +142,6 @@ def test_a_metric_of_ones_own_that_fails_is_a_warning(hunav, tmp_path):
 def test_what_is_unknown_may_be_imported(hunav, change):
     code, _, err = hunav("check", "passing", "--set", change)
     assert code == 2
-    assert "import a part of your own with --import FILE" in err
+    assert "import your own parts with --import FILE" in err
     code, _, err = hunav("check", "passing", "--set", "robot.radus=1")
     assert "--import" not in err

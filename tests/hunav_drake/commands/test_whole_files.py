@@ -34,7 +34,7 @@ COMMANDS = {
     "bench": (
         "bench HERE/tiny.yaml --out OUT --workers 1 --replays"
         " --markdown OUT/page.md",
-        "goes on from there",
+        "continues from there",
     ),
     "validate": (
         "validate --case kept_speed --model orca --quick --out OUT"

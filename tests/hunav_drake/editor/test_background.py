@@ -133,7 +133,7 @@ def test_walls_are_added_to_those_there_are(view, files):
     [
         ({}, "give a map or a picture"),
         ({"x.png": "???"}, "is not in base64"),
-        ({"x.png": encoded(b"no")}, "is no picture"),
+        ({"x.png": encoded(b"no")}, "is not a picture"),
         ({"m.yaml": encoded(b"image: x.pgm")}, "resolution"),
         (
             {
@@ -144,7 +144,7 @@ def test_walls_are_added_to_those_there_are(view, files):
             "m.yaml|passwd",
         ),
         ({"a.png": "", "b.png": ""}, "several images"),
-        ({"..": ""}, "is no file name"),
+        ({"..": ""}, "is not a file name"),
     ],
 )
 def test_other_files_are_refused(view, files, words):
@@ -179,7 +179,7 @@ def test_a_background_is_nowhere_but_in_the_world(view, bad):
 
 def test_white_pictures_have_no_walls():
     background = read_background(picture(np.zeros((5, 5), dtype=bool)))
-    with pytest.raises(BackgroundError, match="no dark places"):
+    with pytest.raises(BackgroundError, match="no dark areas"):
         traced_walls(background)
 
 

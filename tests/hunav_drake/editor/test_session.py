@@ -289,7 +289,7 @@ def test_broken_text_waits(view):
     assert fault["line"]
     (answer,) = view.edit(["set", ["humans", 0, "name"], "x"])
     assert answer["kind"] == "error"
-    assert "mend it" in answer["message"]
+    assert "fix it" in answer["message"]
     view.ask("text", text=TEXT + "simulation: {seed: 4}")
     assert view.data["simulation"] == {"seed": 4}
     assert view.faults == []

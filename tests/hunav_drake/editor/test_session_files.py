@@ -66,7 +66,7 @@ def test_another_file_is_not_overwritten_unasked(view, path):
     other = path.with_name("other.yaml")
     other.write_text("precious")
     (answer,) = view.ask("save", filename="other.yaml")
-    assert "other.yaml exists already" in answer["question"]
+    assert "other.yaml already exists" in answer["question"]
     assert other.read_text() == "precious"
     view.session.receive(answer["again"])
     assert other.read_text() == TEXT

@@ -104,7 +104,7 @@ def test_a_file_of_no_run_is_not_given(make):
     sent = []
     editor.send = lambda content, buffers=None: sent.append(content)
     editor._receive(editor, {"do": "result_file", "run": 1, "name": "../x"}, [])
-    assert sent == [{"kind": "error", "message": "There is no such file."}]
+    assert sent == [{"kind": "error", "message": "The file does not exist."}]
 
 
 def test_modules_come_after_those_that_they_import():

@@ -371,7 +371,7 @@ def test_a_costmap_lies_where_it_is_in_the_world():
     assert image.get_extent() == pytest.approx([-4.0, -2.0, 1.0, 4.0])
     assert np.asarray(image.get_array())[29 - 12, 3, 3] > 0
     assert legend_texts(ax) == [
-        *("cheap", "dear", "robot would touch", "occupied")
+        *("low cost", "high cost", "robot in collision", "occupied")
     ]
     ax.figure.canvas.draw()
     assert not plot_costmap(NO_MAP).images

@@ -106,6 +106,23 @@ def test_the_same_run_counts_once(tmp_path):
     assert "Plots" in report([tagged[0], again], tmp_path)[0]
 
 
+def test_runs_that_differ_in_anything_are_no_duplicates(tmp_path):
+    trials = [
+        make_result(),
+        make_result(seed=1),
+        make_result(setting="x"),
+        make_result(speed=1.1),
+        make_result(scenario_text="b"),
+        *(make_result(planner="unknown") for _ in range(2)),
+    ]
+    # Nobody knows what they are made from.
+    for trial in trials[-2:]:
+        del trial.provenance["scenario_sha256"]
+    text, _ = report(trials, tmp_path)
+    assert "7 runs" in text
+    assert "duplicate" not in text
+
+
 def test_different_runs_of_one_seed_are_told_of(tmp_path):
     trials = [
         make_result(seed=seed, planner=planner)

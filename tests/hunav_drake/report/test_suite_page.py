@@ -75,15 +75,15 @@ def test_verdicts_are_told_by_word_and_color(page):
     ]
     text = visible(html)
     assert (
-        "Of 1 strong relations that were tested, 1 hold for the means (100 %),"
-        " 1 also in nine of ten resamples" in text
+        "Of 1 tested strong relations, 1 hold for the means (100 %), 1 also in"
+        " nine of ten resamples" in text
     )
     assert f"pursuit 1.0 ≤ 0.5 {LONG}" in text
 
 
 def test_what_each_run_cost_is_there(page, result):
     text = visible(page.read_text())
-    assert "8 runs of 8.0 s in all took workers" in text
+    assert "8 runs, 8.0 s of simulated time in total, took the workers" in text
     assert "planner cycle, median (ms) planner cycle, 95 % (ms)" in text
     assert "crossing pursuit 2 " in text[text.index("times real time") :]
     each = text[text.index(" Runs scenario planner") :].partition(" Cost ")[0]
@@ -115,7 +115,7 @@ def test_a_suite_that_has_not_ended_has_a_page(page, folder, tmp_path):
     shutil.copy(folder / "runs.jsonl", tmp_path)
     assert cli.main(["report", str(tmp_path)]) == 0
     text = visible((tmp_path / "report.html").read_text())
-    assert "not ended, 8 runs, 2 scenarios, 2 planners" in text
+    assert "unfinished, 8 runs, 2 scenarios, 2 planners" in text
     assert "Relations" not in text
 
 

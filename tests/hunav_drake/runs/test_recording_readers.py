@@ -152,7 +152,7 @@ def test_the_name_tells_the_kind(write, name):
     [
         (("agent", "name"), "line 1: the table has no column 'agent'"),
         (("omega", "omga"), "line 1: there is no column 'omga'; did you mean"),
-        (("vy", "vx"), "line 1: the column 'vx' comes twice"),
+        (("vy", "vx"), "line 1: there are two columns 'vx'"),
         (("3.1,-1", "east,-1"), "line 3: yaw must be a finite.*'east'"),
         (
             ("0.5,0,0", "nan,0,0"),

@@ -389,7 +389,7 @@ def test_a_name_of_two_is_told_where_a_formula_has_it(
         data = {"scenarios": ["crossing"], "planners": planners}
         return LoadSuite(data=json.dumps(data | {"relations": [relation]}))
 
-    with pytest.raises(ScenarioError, match=f"is what formulas call {told}"):
+    with pytest.raises(ScenarioError, match=f"name in formulas of {told}"):
         load(holds)
     # The others are clear, whatever is registered.
     load("dwb < 9" if len(scenarios) == 1 else "a_c < 9")

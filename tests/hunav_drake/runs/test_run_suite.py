@@ -147,7 +147,7 @@ def test_a_damaged_line_is_told_by_its_number(suite, out):
     path = out / NAME
     lines = path.read_text().splitlines(keepends=True)
     path.write_text(lines[0] + "{}\n" + "".join(lines[2:]))
-    with pytest.raises(ValueError, match=r"runs.jsonl:2: is damaged.*take"):
+    with pytest.raises(ValueError, match=r"runs.jsonl:2: is damaged.*delete"):
         RunSuite(suite, out=out, workers=1)
 
 
@@ -303,7 +303,7 @@ def test_seeds_and_repetitions(suite):
     ("text", "message"),
     [
         ("scenarios: []", "scenarios: must be a list of at least 1"),
-        ("scenarios: [passing]\nseeds: 0", "data:2: seeds: must be how many"),
+        ("scenarios: [passing]\nseeds: 0", "data:2: seeds: must be the number"),
         ("scenarios: [passing]\nseeds: [1, 1]", "a list of different seeds"),
         ("scenarios: [passing]\nplaner: x", "did you mean 'planners'"),
         ("scenarios: [passing]\nuntil: {metric: a}", "half_width: is missing"),

@@ -1,7 +1,6 @@
 import pandas as pd
 import pytest
 
-from hunav_drake.runs.independent_runs import drop_duplicate_runs
 from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import ReadRuns, tabulate_runs
 from hunav_drake.runs.settings import contenders, setting_text, short_settings
@@ -119,29 +118,6 @@ def test_runs_without_settings_can_be_read_beside_others(tmp_path):
     assert list(runs["setting"]) == ["", SLOW]
     assert "setting" in summarize(runs).index.names
     assert len(LoadResults(tmp_path)) == 2
-
-
-# --- duplicate runs ---
-
-
-def test_a_run_that_repeats_another_is_dropped():
-    one, again = make_result(), make_result()
-    others = [
-        make_result(seed=1),
-        make_result(setting="x"),
-        make_result(speed=1.1),
-        make_result(scenario_text="b"),
-    ]
-    kept, dropped = drop_duplicate_runs([one, *others, again])
-    assert kept == [one, *others]
-    assert dropped == [(again, one)]
-
-
-def test_without_a_hash_nobody_knows_what_repeats():
-    trials = [make_result(), make_result()]
-    for trial in trials:
-        del trial.provenance["scenario_sha256"]
-    assert drop_duplicate_runs(trials) == (trials, [])
 
 
 # --- what is known of metrics ---

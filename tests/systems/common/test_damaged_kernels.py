@@ -163,7 +163,7 @@ def test_commands_mend_damaged_code(tmp_path):
             for path in kept[:: len(kept) // 3]:
                 damage(path)
             done = hunav(tmp_path, *words)
-            assert "may be a fault" not in done.stderr
+            assert "may be a bug" not in done.stderr
             assert done.stderr.count("is damaged") <= 1, done.stderr
             if "run" in words:
                 assert done.stdout == metrics

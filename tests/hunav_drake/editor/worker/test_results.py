@@ -1,11 +1,11 @@
 import pytest
 
-from hunav_drake.editor.worker.requests import Run, read_request
+from hunav_drake.editor.worker.requests import Run, RunRequest
 from hunav_drake.editor.worker.results import ResultFolder
 
 
 def _run(number, folder=None):
-    request = read_request({"text": ""})
+    request = RunRequest(text="")
     return Run(
         number=number, request=request, seed=0, planner=None, folder=folder
     )
