@@ -187,6 +187,23 @@ def test_a_name_that_somebody_has_is_refused():
     assert "'guest_2' is humans[0] ('guest_2'); rename one" in found.message
 
 
+def test_names_of_each_cohort_are_compared_also_after_a_clash():
+    text = """
+humans: [{name: a_1, pose: [0, 4, 0]}, {name: b_2, pose: [0, 6, 0]}]
+population:
+  cohorts:
+    - {name: a, number: 3, start: [{rectangle: [2, -4, 8, -1]}]}
+    - {name: c, number: 2, start: [{rectangle: [2, -4, 8, -1]}]}
+    - {name: b, number: 2, start: [{rectangle: [2, -4, 8, -1]}]}
+robot: {start: [-5, 0, 0]}
+"""
+    places = [it.path for it in failure(data=text).faults]
+    assert places == [
+        "population.cohorts[0] ('a').name",
+        "population.cohorts[2] ('b').name",
+    ]
+
+
 def test_people_whose_walls_are_faulty_are_not_judged():
     text = TEXT.replace("size: [2, 2]", "size: [2]")
     (found,) = failure(data=text).faults
