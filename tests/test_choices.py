@@ -479,7 +479,7 @@ def test_a_memory_that_no_file_can_hold_is_refused(tmp_path):
     simulator = Simulator(diagram)
     simulator.AdvanceTo(0.1)
     with pytest.raises(
-        ValueError, match=r"planner remembers holds .*Unsaveable.* cannot be"
+        ValueError, match=r"planner's memory holds .*Unsaveable.* cannot be"
     ):
         SaveContext(diagram, simulator.get_context(), tmp_path / "a.npz")
     assert list(tmp_path.iterdir()) == []

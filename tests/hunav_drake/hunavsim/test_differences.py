@@ -93,5 +93,5 @@ def test_a_metric_names_the_slip_of_the_original(hunav):
     assert code == 0
     assert "abs(w < 0.02)" in out
     _, out, _ = hunav("metrics", "show", "avg_robot_angular_speed")
-    assert "absolute" in out
+    assert "mean of |w|" in out
     assert "with its sign" in out

@@ -104,7 +104,9 @@ def test_fields_are_described(schema):
         " does not move."
     )
     human = schema["$defs"]["HumanConfig"]["properties"]
-    assert human["desired_speed"]["description"].startswith("The speed that")
+    assert human["desired_speed"]["description"].startswith(
+        "Desired speed, in m/s"
+    )
     assert human["desired_speed"]["maximum"] == 10
 
 
