@@ -29,7 +29,7 @@ def test_fields_show_unit_range_and_help(open_editor):
     field.locator("input").focus()
     editor.expect(field.locator(".unit")).to_have_text("m/s")
     words = editor.page.locator(".help-strip:visible")
-    editor.expect(words).to_contain_text("prefers")
+    editor.expect(words).to_contain_text("Desired speed")
     editor.expect(words).to_contain_text("0 to 10 m/s")
 
 
