@@ -3,6 +3,7 @@
 Each may make the input wrong, or leave it sound.
 """
 
+import contextlib
 import re
 
 import numpy as np
@@ -87,8 +88,10 @@ def mutate_table(rng, rows):
     elif kind == 4:
         value = pick(rng, NUMBERS)
         for row in rows[1:]:
-            if column != 1:
-                row[column] = repr(float(row[column]) * value)
+            # What was changed before may be no number.
+            with contextlib.suppress(ValueError):
+                if column != 1:
+                    row[column] = repr(float(row[column]) * value)
     else:
         row[column] = repr(pick(rng, NUMBERS))
     return rows
