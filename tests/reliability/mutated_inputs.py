@@ -167,16 +167,16 @@ def _call(step) -> int:
 
 def main() -> None:
     """Tries inputs, and prints those that end uncleanly, and counts."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("count", type=int, help="how many, of all kinds")
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--kind", nargs="+", help="only these kinds")
-    parser.add_argument("--processes", type=int, default=1)
-    options = parser.parse_args()
     from concurrent.futures import ThreadPoolExecutor
 
     from tests.reliability.inputs import KINDS
 
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("count", type=int, help="how many, of all kinds")
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--kind", nargs="+", choices=KINDS, help="only these")
+    parser.add_argument("--processes", type=int, default=1)
+    options = parser.parse_args()
     kinds = options.kind or list(KINDS)
     each = -(-options.count // len(kinds))
 
