@@ -1,7 +1,5 @@
 """Registers HuNavSim's formats for scenarios and runs."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from hunav_drake.runs.foreign_formats import RECORDING_PARSERS, RESULT_TEXTS
@@ -16,19 +14,19 @@ if TYPE_CHECKING:
 
 # The functions import what they need when called, because this module is
 # imported with the package.
-def _read_agents(document: YamlDocument) -> HunavImport:
+def _read_agents(document: "YamlDocument") -> "HunavImport":
     from hunav_drake.hunavsim.agents_yaml import convert_agents
 
     return convert_agents(document)
 
 
-def _parse_recording(text: str) -> Recording:
+def _parse_recording(text: str) -> "Recording":
     from hunav_drake.hunavsim.recording_json import parse_json
 
     return parse_json(text)
 
 
-def _result_texts(result: TrialResult, tag: str) -> dict[str, str]:
+def _result_texts(result: "TrialResult", tag: str) -> dict[str, str]:
     from hunav_drake.hunavsim.result_files import hunav_texts
 
     return hunav_texts(result, tag)

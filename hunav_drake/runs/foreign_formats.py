@@ -1,7 +1,5 @@
 """File formats of other programs, which their packages register."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -10,7 +8,7 @@ if TYPE_CHECKING:
     from hunav_drake.trial.result import TrialResult
 
 # Functions that parse the text of a recording, by suffix.
-RECORDING_PARSERS: dict[str, Callable[[str], Recording]] = {}
+RECORDING_PARSERS: dict[str, Callable[[str], "Recording"]] = {}
 
 # Functions that return the files of a result and its tag, by format.
-RESULT_TEXTS: dict[str, Callable[[TrialResult, str], dict[str, str]]] = {}
+RESULT_TEXTS: dict[str, Callable[["TrialResult", str], dict[str, str]]] = {}

@@ -1,7 +1,5 @@
 """The register of files of other programs that are read as scenarios."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -24,8 +22,8 @@ class ForeignScenario(Protocol):
     data: dict[str, Any]
 
     def build(
-        self, checks: Sequence[Check], locs: Mapping[Loc, str]
-    ) -> Scenario:
+        self, checks: "Sequence[Check]", locs: "Mapping[Loc, str]"
+    ) -> "Scenario":
         """Returns the checked scenario; `locs` has the applied overrides.
 
         Raises:
@@ -34,4 +32,4 @@ class ForeignScenario(Protocol):
 
 
 # The readers of files, by the top-level key that identifies the format.
-FOREIGN_FILES: dict[str, Callable[[YamlDocument], ForeignScenario]] = {}
+FOREIGN_FILES: dict[str, Callable[["YamlDocument"], ForeignScenario]] = {}
