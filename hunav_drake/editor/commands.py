@@ -268,6 +268,13 @@ def _run(session: EditedScenario, message: Run) -> None:
     if any(it["severity"] == "error" for it in state.faults()):
         raise OperationError("the scenario has faults; fix them to run it")
     document, file = state.document, state.file
+    count = max(len(set(message.seeds)), 1) * max(len(set(message.planners)), 1)
+    if count > _MAX_RUNS:
+        raise OperationError(
+            f"at most {_MAX_RUNS} runs are possible at once, got {count};"
+            " choose fewer seeds or planners, or write a suite for `hunav"
+            " bench`"
+        )
     request = RunRequest(
         text="{}" if document.is_empty else document.text,
         folder=str(file.folder),
@@ -279,12 +286,6 @@ def _run(session: EditedScenario, message: Run) -> None:
         speed=message.speed or 0.0,
         workers=message.workers,
     )
-    if (count := len(request.runs())) > _MAX_RUNS:
-        raise OperationError(
-            f"at most {_MAX_RUNS} runs are possible at once, got {count};"
-            " choose fewer seeds or planners, or write a suite for `hunav"
-            " bench`"
-        )
     session.worker.run(request, message.id)
 
 

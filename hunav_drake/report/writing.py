@@ -70,7 +70,7 @@ def WriteReport(
         runs.assign(made_from=[_made_from(trial) for trial in trials]),
         [*(name for name in runs if name not in _NOT_COMPARED), "made_from"],
     )
-    repeats = {i: k for i, k in first.items() if i != k}
+    repeats = {i: k for i, k in enumerate(first) if i != k}
     told = [
         f"{trials[i].tag} duplicates {trials[k].tag}" if trials[i].tag else ""
         for i, k in repeats.items()

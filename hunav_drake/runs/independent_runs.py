@@ -1,6 +1,7 @@
 """Which runs of a table are independent, and so count."""
 
 import numpy as np
+from numpy.typing import NDArray
 import pandas as pd
 
 from hunav_drake.trial.provenance import NOTHING_DRAWN
@@ -9,14 +10,14 @@ from hunav_drake.trial.provenance import NOTHING_DRAWN
 _RUN = ("scenario", "planner", "setting", "seed", "drawn", "behavior")
 
 
-def first_equal(runs: pd.DataFrame, columns: list[str]) -> pd.Series:
-    """Returns the index of the first run with equal columns, for each run.
+def first_equal(runs: pd.DataFrame, columns: list[str]) -> NDArray[np.int64]:
+    """Returns the row of the first run with equal columns, for each run.
 
-    A run whose result is not its own index is a duplicate. NaN equals NaN.
+    A run whose result is not its own row is a duplicate. NaN equals NaN.
     """
-    kinds = runs.groupby(columns, sort=False, dropna=False).ngroup()
-    index = pd.Series(runs.index, runs.index)
-    return index.groupby(kinds).transform("first")
+    kinds = runs.groupby(columns, sort=False, dropna=False).ngroup().to_numpy()
+    _, first = np.unique(kinds, return_index=True)
+    return first[kinds]
 
 
 def once_per_seed(
@@ -35,7 +36,8 @@ def once_per_seed(
     runs = _mean_repetitions(runs, keys, names)
     known = [key for key in (*keys, *_RUN) if key in runs and key != "seed"]
     first = first_equal(runs, [*dict.fromkeys(known), *names])
-    return runs[(first == runs.index) | ~draws_nothing(runs)]
+    is_first = first == np.arange(len(runs))
+    return runs[is_first | ~draws_nothing(runs)]
 
 
 def over_all_seeds(

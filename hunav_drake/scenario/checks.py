@@ -132,12 +132,11 @@ def check_people(scenario: Scenario) -> Iterator[Finding]:
                 f" move it by {2 * human.radius:g} m",
                 uses=(("humans", first, "pose"),),
             )
-        limit = human.max_speed
-        if limit is not None and limit < human.desired_speed:
+        if human.speed_limit < human.desired_speed:
             yield Finding(
                 (*loc, "max_speed"),
                 f"must be at least desired_speed ({human.desired_speed:g}"
-                f" m/s), got {limit:g}",
+                f" m/s), got {human.speed_limit:g}",
                 uses=((*loc, "desired_speed"),),
             )
 

@@ -216,6 +216,60 @@ def test_previews_change_nothing(view):
     assert view.faults == []
 
 
+class Requests(list):
+    """A worker that only keeps the requests."""
+
+    def run(self, request, number):
+        self.append(request)
+
+
+@pytest.fixture
+def requests(view):
+    view.session.worker = Requests()
+    return view.session.worker
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"seeds": [-1]}, "seeds"),
+        ({"seeds": [True]}, "seeds"),
+        ({"seeds": [1.5]}, "seeds"),
+        ({"seeds": [2**63]}, "seeds"),
+        ({"seeds": [[1]]}, "seeds"),
+        ({"planners": [3]}, "planners"),
+        ({"seeds": list(range(1001))}, "at most 1000 runs .*, got 1001"),
+        (
+            {
+                "seeds": list(range(10_000)),
+                "planners": [f"p{i}" for i in range(100)],
+            },
+            "at most 1000 runs .*, got 1000000",
+        ),
+        ({"speed": -1}, "speed"),
+        ({"speed": "fast"}, "speed"),
+        ({"workers": -2}, "workers"),
+    ],
+)
+def test_a_wrong_run_is_refused_in_a_line(view, requests, wrong, words):
+    (answer,) = view.ask("run", **wrong)
+    assert answer["kind"] == "error"
+    assert re.search(words, answer["message"])
+    assert "\n" not in answer["message"]
+    assert requests == []
+
+
+def test_a_run_is_what_the_message_says(view, requests):
+    view.ask("run")
+    view.ask("run", seeds=[3, 1, 3], planners=["dwb"], speed=2.0, workers=4)
+    plain, chosen = requests
+    assert (plain.text, plain.speed, plain.workers) == (TEXT, 0.0, 1)
+    assert [(it.planner, it.seed) for it in plain.runs()] == [(None, None)]
+    assert (chosen.speed, chosen.workers) == (2.0, 4)
+    pairs = [(it.planner, it.seed) for it in chosen.runs()]
+    assert pairs == [("dwb", 3), ("dwb", 1)]
+
+
 def test_a_button_clears_the_fault(view):
     view.edit(["set", ["humans", 0, "pose"], [4.2, 0.3, 0]])
     (fault,) = view.faults

@@ -78,6 +78,17 @@ def test_a_cell_in_which_nothing_is_drawn_is_run_once(suite):
     assert ("completed", "100 (1)", "%") in fixed.rows
 
 
+def test_equal_runs_of_tables_set_below_each_other_count_once(suite):
+    """Their rows may have one index; another order changes nothing."""
+    runs = RunSuite(LoadSuite(filename=suite), folder=suite.parent, workers=1)
+    fixed = runs.runs().query("setting == 'fixed'")
+    copy = fixed.assign(seed=2)
+    for both in (pd.concat([fixed, copy]), pd.concat([copy, fixed])):
+        assert not both.index.is_unique
+        table = summarize(both).xs("completed", level="metric")
+        assert table["n"].tolist() == [1]
+
+
 def test_each_seed_of_a_suite_has_its_own_people(tmp_path):
     text = (
         f"{TRIAL}population: {{cohorts: [{{number: 3, start: [{{rectangle:"
