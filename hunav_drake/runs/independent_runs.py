@@ -17,7 +17,8 @@ def first_equal(runs: pd.DataFrame, columns: list[str]) -> NDArray[np.int64]:
     """
     kinds = runs.groupby(columns, sort=False, dropna=False).ngroup().to_numpy()
     _, first = np.unique(kinds, return_index=True)
-    return first[kinds]
+    rows: NDArray[np.int64] = first[kinds]
+    return rows
 
 
 def once_per_seed(
