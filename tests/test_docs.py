@@ -142,6 +142,24 @@ def test_the_validation_page_tells_of_all_cases_and_models():
         assert (DOCS / picture).exists()
 
 
+def test_ports_are_listed_one_a_line():
+    """As Drake's docs need them to draw a system."""
+    blocks = [
+        textwrap.dedent(block)
+        for path in architecture.modules().values()
+        for block in re.findall(
+            r"pydrake_system::\n\n((?: +\S.*\n)+)", path.read_text()
+        )
+    ]
+    assert len(blocks) > 15
+    for block in blocks:
+        assert re.fullmatch(
+            r"name: \w+\n"
+            r"(input_ports:\n(- \S.*\n)+)?(output_ports:\n(- \S.*\n)+)?",
+            block,
+        ), block
+
+
 def test_every_room_is_described():
     text = (DOCS / "architecture.md").read_text()
     for room in architecture.rooms():

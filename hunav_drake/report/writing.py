@@ -17,7 +17,7 @@ from hunav_drake.trial.result import TrialResult
 _MOST_VALUES = 4
 
 # Columns in which duplicate runs may differ.
-_NOT_COMPARED = ("tag", "end_message", "end_time")
+_NOT_COMPARED = ("tag", "end_message", "end_time", "drawn")
 
 # What determines a run, besides planner and seed; versions do not matter if all
 # metrics are equal.

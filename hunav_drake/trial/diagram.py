@@ -127,7 +127,7 @@ def MakeTrialDiagram(
     sensed = AddSensors(builder, full, scene, given)
     given = {**given, **sensed}
     seen = AddPerception(builder, full, given)
-    outputs: Ports = {
+    own: Ports = {
         "robot_state": robot.robot_state,
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
@@ -140,16 +140,15 @@ def MakeTrialDiagram(
         "recording": evaluator.GetOutputPort("recording"),
         "trial_status": monitor.GetOutputPort("trial_status"),
         "query": scene.query_object,
-        **sensed,
-        **planner.costmaps,
-        "traffic": humans.traffic,
     }
+    outputs = {**own, **sensed, **planner.costmaps, "traffic": humans.traffic}
 
     builder.Connect(planner.velocity_command, robot.velocity_command)
     builder.Connect(robot.robot_state, humans.robot_states)
     ConnectByName(builder, given, *robot.systems, evaluator, monitor)
     ConnectByName(builder, seen, planner.system)
-    ConnectByName(builder, outputs, scene.system)
+    # The scene shows the truth, whatever the ports of sensors are called.
+    ConnectByName(builder, {**outputs, **own}, scene.system)
 
     if full.evaluator.start == "by_trigger":
         builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")

@@ -53,10 +53,18 @@ class Evaluator(LeafSystem):
 
     .. pydrake_system::
 
-        name: Evaluator input_ports: - robot_state - human_states (optional
-        without people) - behavior_status (optional) - contacts (optional) -
-        wall_contact (optional) - goal (optional) - trigger (optional)
-        output_ports: - metrics - recording
+        name: Evaluator
+        input_ports:
+        - robot_state
+        - human_states (optional without people)
+        - behavior_status (optional)
+        - contacts (optional)
+        - wall_contact (optional)
+        - goal (optional)
+        - trigger (optional)
+        output_ports:
+        - metrics
+        - recording
 
     Port ``robot_state`` takes the robot's row (x, y, yaw, vx, vy, omega,
     radius) in W, in SI units and radians, and ``human_states`` the rows of the

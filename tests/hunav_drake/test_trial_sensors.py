@@ -296,6 +296,38 @@ def test_a_sensor_of_ones_own_is_wired_by_its_ports(monkeypatch):
     )
 
 
+def test_the_scene_shows_the_truth_whatever_a_sensor_calls_its_port(
+    monkeypatch,
+):
+    from pydrake.systems.framework import DiagramBuilder
+    from pydrake.systems.primitives import Gain
+
+    from hunav_drake.systems.sensing import SensorConfig, register_sensor
+
+    monkeypatch.setattr(SENSORS, "_choices", dict(SENSORS))
+
+    @register_sensor("odometry")
+    @dataclass
+    class Odometry(SensorConfig):
+        def MakeSystem(self, task):
+            builder = DiagramBuilder()
+            gain = builder.AddSystem(Gain(2.0, 7))
+            builder.ExportInput(gain.get_input_port(), "robot_state")
+            builder.ExportOutput(gain.get_output_port(), "robot_state")
+            return builder.Build()
+
+    diagram = MakeTrialDiagram(make_scenario("sensors=[{type: odometry}]"))
+    context = diagram.CreateDefaultContext()
+    seen, true = (
+        port.Eval(system.GetMyContextFromRoot(context))
+        for name, kind in (("scene", "Input"), ("robot", "Output"))
+        for system in [diagram.GetSubsystemByName(name)]
+        for port in [getattr(system, f"Get{kind}Port")("robot_state")]
+    )
+    np.testing.assert_array_equal(seen, true)
+    assert np.abs(true[:2]).max() > 1
+
+
 # What hides robots and people from each other.
 
 

@@ -253,7 +253,7 @@ def requests(view):
 )
 def test_a_wrong_run_is_refused_in_a_line(view, requests, wrong, words):
     (answer,) = view.ask("run", **wrong)
-    assert answer["kind"] == "error"
+    assert (answer["kind"], answer["id"]) == ("error", 7)
     assert re.search(words, answer["message"])
     assert "\n" not in answer["message"]
     assert requests == []

@@ -20,6 +20,8 @@ PAGE = (Path(__file__).parents[3] / "docs/validation.md").read_text()
 
 # It takes the least time, and yet tells if people walk otherwise.
 FAST = "kept_speed"
+# These take little, and are found with all models.
+SHORT = ("own_times", "population_speeds", "corner_effect")
 MEASURED = [name for name, case in CASES.items() if case.measure is not None]
 
 ROW = re.compile(rf"\| (\w+) \| ({'|'.join(VERDICTS)}) \| (.*) \|")
@@ -84,8 +86,15 @@ def test_a_hundred_get_past_a_hundred(model):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", SHORT)
+def test_the_page_tells_what_the_command_finds_with_all_models(name):
+    assert_up_to_date(name, sorted(MOTION_MODELS))
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [it for it in MEASURED if it not in (FAST, "dense_counterflow")]
+    "name",
+    [it for it in MEASURED if it not in (FAST, *SHORT, "dense_counterflow")],
 )
 def test_the_whole_page_tells_what_the_command_finds(name):
     """Each case with one model, in turn."""

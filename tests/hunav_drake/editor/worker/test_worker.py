@@ -139,6 +139,15 @@ def test_two_processes_share_the_runs(worker):
         assert listener.wait("result", run=it["run"])["error"] is None
 
 
+def test_there_are_no_more_processes_than_runs(worker):
+    dut, listener = worker
+    before = len(dut._others)
+    dut.run(RunRequest(text=TEXT, seeds=[1], workers=8))
+    (run,) = (it["run"] for it in listener.wait("runs")["runs"])
+    listener.wait("result", run=run)
+    assert len(dut._others) == before < 7
+
+
 def test_a_run_is_cancelled_and_the_next_one_works(worker):
     dut, listener = worker
     dut.run(RunRequest(text=LONG, seeds=[1, 2], speed=2.0))
