@@ -96,7 +96,12 @@ def test_the_same_run_counts_once(tmp_path):
     ]
     expected = section(report(trials, tmp_path)[0], "Outcomes", "Proven")
     tagged = [dataclasses.replace(t, tag=f"t{i}") for i, t in enumerate(trials)]
-    again = dataclasses.replace(trials[0], tag="again")
+    # (An earlier version did not tell what is drawn.)
+    again = dataclasses.replace(
+        trials[0],
+        tag="again",
+        provenance={**trials[0].provenance, "drawn": "start jitter"},
+    )
     text, _ = report([*tagged, again], tmp_path)
     assert section(text, "Outcomes", "Proven") == expected
     assert "12 runs" in text
