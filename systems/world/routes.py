@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import functools
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,13 +120,17 @@ class RouteMap:
         more columns than x and y.
         """
         p = np.ascontiguousarray(positions, dtype=float)
-        # Room for twice as many goals as people: few are in each other's way.
-        goals = max(_FEWEST_GOALS, 2 << (len(p) - 1).bit_length())
-        guided: Array = waypoints.guided(
-            *(p, command, self.sight, *self._graph, *self._goals(goals)),
-            *(*self._hidden, self.obstacles.table),
-        )
+        guided: Array = waypoints.guided(p, command, *self.arguments(len(p)))
         return guided if len(guided) else command
+
+    def arguments(self, people: int) -> tuple[Any, ...]:
+        """Returns the constant arguments of `waypoints.guided` for a crowd."""
+        # Room for twice as many goals as people: few are in each other's way.
+        goals = max(_FEWEST_GOALS, 2 << (people - 1).bit_length())
+        return (
+            *(self.sight, *self._graph, *self._goals(goals), *self._hidden),
+            self.obstacles.table,
+        )
 
 
 @functools.lru_cache(maxsize=_MOST_MAPS)
