@@ -46,8 +46,9 @@ class TriangleMesh:
         names = [
             f"{a + 1}//{b + 1}" for a, b in zip(corner, normal, strict=True)
         ]
-        lines = [f"v {_numbers(row)}" for row in v.tolist()]
-        lines += [f"vn {_numbers(row)}" for row in n.tolist()]
+        # (Short numbers keep replays small.)
+        lines = [f"v {x:z.10g} {y:z.10g} {z:z.10g}" for x, y, z in v.tolist()]
+        lines += [f"vn {x:z.10g} {y:z.10g} {z:z.10g}" for x, y, z in n.tolist()]
         lines += [
             f"f {names[a]} {names[b]} {names[c]}"
             for a, b, c in self.faces.tolist()
@@ -124,31 +125,34 @@ def ellipsoid(
 def extrude(outline: ArrayLike, low: float, high: float) -> TriangleMesh:
     """Returns the upright prism over a simple polygon, between two heights."""
     p = np.asarray(outline, dtype=float)
-    x, y = p.T
-    if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0:
-        p = p[::-1]
     k = len(p)
+    i = np.arange(k)
+    after = np.append(i[1:], 0)
+    (x, y), (xq, yq) = p.T, p[after].T
+    if np.sum(x * yq - xq * y) < 0:
+        p = p[::-1]
+    q = p[after]
     lid = triangulate(p)
-    flat = [np.column_stack([p, np.full(k, z)]) for z in (low, high)]
-    up = np.tile([0.0, 0.0, 1.0], (k, 1))
+    along = q - p
+    length = np.sqrt((along * along).sum(axis=1))
+    length[length == 0] = 1.0
 
     # The sides have separate corners, so that edges stay sharp.
-    q = np.roll(p, -1, axis=0)
-    along = q - p
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    out = np.column_stack([along[:, 1], -along[:, 0]]) / np.where(
-        length > 0, length, 1.0
-    )
-    corners = [(p, low), (q, low), (q, high), (p, high)]
-    sides = np.vstack([np.column_stack([c, np.full(k, z)]) for c, z in corners])
-    i = np.arange(k) + 2 * k
-    lower = np.column_stack([i, i + k, i + 2 * k])
-    upper = np.column_stack([i, i + 2 * k, i + 3 * k])
-    outward = np.tile(np.column_stack([out, np.zeros(k)]), (4, 1))
+    vertices = np.empty((6, k, 3))
+    vertices[:, :, :2] = p, p, p, q, q, p
+    vertices[:, :, 2] = np.array([[low, high, low, low, high, high]]).T
+    normals = np.zeros((6, k, 3))
+    normals[:2, :, 2] = [[-1.0], [1.0]]
+    normals[2:, :, 0] = along[:, 1] / length
+    normals[2:, :, 1] = -along[:, 0] / length
+    faces = np.empty((2, k, 3), dtype=np.int64)
+    faces[:, :, 0] = i + 2 * k
+    faces[0, :, 1], faces[0, :, 2] = i + 3 * k, i + 4 * k
+    faces[1, :, 1], faces[1, :, 2] = i + 4 * k, i + 5 * k
     return TriangleMesh(
-        np.vstack([*flat, sides]),
-        np.vstack([-up, up, outward]),
-        np.vstack([lid[:, ::-1], lid + k, lower, upper]),
+        vertices.reshape(-1, 3),
+        normals.reshape(-1, 3),
+        np.concatenate([lid[:, ::-1], lid + k, faces.reshape(-1, 3)]),
     )
 
 
@@ -210,11 +214,6 @@ def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
     corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, 2::-1]
     rows = [index[tuple(it)] for it in corners.reshape(-1, 2).tolist()]
     return np.array(rows, dtype=np.int64).reshape(-1, 3)
-
-
-def _numbers(values: Sequence[float]) -> str:
-    """Returns numbers as short text, which keeps replays small."""
-    return " ".join(f"{value:z.10g}" for value in values)
 
 
 def _unique(rows: Array) -> tuple[Array, NDArray[np.int64]]:
