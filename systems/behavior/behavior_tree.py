@@ -29,6 +29,7 @@ from hunav_drake.systems.common.ports import (
 )
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
+from hunav_drake.systems.people.standing import Standing
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
@@ -317,10 +318,13 @@ class BehaviorTree(LeafSystem):
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
         memory, states, robots = self._EvalInputs(context)
+        standing = Standing(states)
         outcomes: list[Outcome] = []
         try:
             for tree, person, own in self._ticked:
-                outcomes.append(tree.tick(person, memory[own], states, robots))
+                outcomes.append(
+                    tree.tick(person, memory[own], states, robots, standing)
+                )
         except Exception as error:
             tree = self._ticked[len(outcomes)][0]
             error.add_note(

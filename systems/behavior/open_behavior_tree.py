@@ -11,6 +11,7 @@ from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.tree import Outcome
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
+from hunav_drake.systems.people.standing import Standing
 
 
 class OpenBehaviorTree(BehaviorTree):
@@ -55,11 +56,12 @@ class OpenBehaviorTree(BehaviorTree):
 
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
         memory, states, robots = self._EvalInputs(context)
+        standing = Standing(states)
         value.set_value(
             [
                 outcome
                 if is_out
-                else tree.tick(person, memory[own], states, robots)
+                else tree.tick(person, memory[own], states, robots, standing)
                 for (tree, person, own), outcome, is_out in zip(
                     self._ticked,
                     self._outcomes_outside,

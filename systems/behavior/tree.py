@@ -25,6 +25,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
 )
 from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.people.standing import Standing
 
 # The number of nodes that one tick may tick. Repeat in Repeat in Repeat ...
 # would otherwise let a small tree stop the simulation.
@@ -161,6 +162,7 @@ class Tree:
         memory: Sequence[float],
         human_states: Array,
         robot_states: Array,
+        standing: Standing | None = None,
     ) -> Outcome:
         """Ticks the tree once. The result depends on the arguments only.
 
@@ -169,6 +171,7 @@ class Tree:
             memory: The memory after the previous tick, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,): see `common.layout`.
+            standing: The people who stand, where trees are ticked together.
 
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
@@ -177,7 +180,9 @@ class Tree:
                 number: a speed below 0, or one that is not finite.
             TypeError: If a leaf returns no valid status.
         """
-        return self._run(self._tick, person, memory, human_states, robot_states)
+        return self._run(
+            self._tick, person, memory, human_states, robot_states, standing
+        )
 
     def trace(
         self,
@@ -215,9 +220,12 @@ class Tree:
         memory: Sequence[float],
         human_states: Array,
         robot_states: Array,
+        standing: Standing | None = None,
     ) -> Outcome:
         after = list(memory)
-        context = TickContext(person, after, human_states, robot_states)
+        context = TickContext(
+            person, after, human_states, robot_states, standing
+        )
         status = function(after, context)
         if self._has_foreign_leaves and not is_sound(context, after):
             fault = find_fault(context, after, self.slots)

@@ -50,47 +50,71 @@ def stable_order(values):
 
 
 @jit
-def heap_between(low, high, keys, heap):
+def heap_between(low, high, keys, heap, places):
     """Makes a heap of the indices of keys (n,) in [low, high).
 
     A few of many indices are found faster than by sorting all. They are written
-    to the start of `heap` (n,), of integers; returns their number.
+    to the start of `heap` (n,), and to `places` (n,) where each is in it, or
+    -1; both are of integers. Returns their number.
     """
     count = 0
     for i in range(len(keys)):
+        places[i] = -1
         if low <= keys[i] < high:
             heap[count] = i
             count += 1
-    for i in range(count // 2 - 1, -1, -1):
-        _sink(keys, heap, i, count)
+    for i in range(count - 1, -1, -1):
+        _sink(keys, heap, places, i, count)
     return count
 
 
 @jit
-def pop_least(keys, heap, count):
+def pop_least(keys, heap, places, count):
     """Takes the index with the least key from a heap of `count` indices.
 
     Of equal keys, the least index comes first.
     """
     least = heap[0]
     heap[0] = heap[count - 1]
-    _sink(keys, heap, 0, count - 1)
+    _sink(keys, heap, places, 0, count - 1)
+    places[least] = -1
     return least
 
 
 @jit
-def _sink(keys, heap, at, count):
+def rise(keys, heap, places, index, count):
+    """Adds an index to a heap, or moves it up as its key became smaller.
+
+    Returns the number of indices in the heap, `count` or one more.
+    """
+    at = places[index]
+    if at < 0:
+        at = count
+        count += 1
+    while at > 0 and _is_before(keys, index, heap[(at - 1) // 2]):
+        heap[at] = heap[(at - 1) // 2]
+        places[heap[at]] = at
+        at = (at - 1) // 2
+    heap[at] = index
+    places[index] = at
+    return count
+
+
+@jit
+def _sink(keys, heap, places, at, count):
     """Moves the index at `at` down to its place in a heap."""
-    place = heap[at]
+    index = heap[at]
     while 2 * at + 1 < count:
         child = 2 * at + 1
         if child + 1 < count and _is_before(keys, heap[child + 1], heap[child]):
             child += 1
-        if not _is_before(keys, heap[child], place):
+        if not _is_before(keys, heap[child], index):
             break
         heap[at] = heap[child]
+        places[heap[at]] = at
         at = child
-    heap[at] = place
+    heap[at] = index
+    places[index] = at
 
 
 @jit

@@ -44,9 +44,14 @@ from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import lifted
 from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.seed_and_weights import SeedAndWeights
-from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep, Stepped
+from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.world.obstacles import Obstacles
+
+Array = NDArray[Any]
+
+# The vectors of a `Stepped`.
+_Step = tuple[Array, Array, NDArray[np.float64]]
 
 
 @TemplateSystem.define(
@@ -164,7 +169,7 @@ def HumanCrowd_(T: Any) -> type:
                 time_step=time_step,
                 with_derivatives=T is not float,
             )
-            self._no_robots = np.zeros((0, STATE_SIZE))
+            self._no_robots = np.zeros(0)
             self._robot_states = DeclareRobotStates(self, num_robots)
             self._commands = self.DeclareVectorInputPort(
                 "commands", len(humans) * COMMAND_SIZE
@@ -326,7 +331,7 @@ def HumanCrowd_(T: Any) -> type:
         def _GetRobots(self, context: Context) -> NDArray[Any]:
             """Returns the rows of the robots, not to be written to."""
             if self._robot_states is None:
-                return self._no_robots
+                return self._no_robots.reshape(0, STATE_SIZE)
             robots: NDArray[Any] = self._robot_states.Eval(context)
             robots = robots.reshape(-1, STATE_SIZE)
             robots.setflags(write=False)
@@ -371,26 +376,49 @@ def HumanCrowd_(T: Any) -> type:
         def _CalcStep(self, context: Context, value: AbstractValue) -> None:
             value.set_value(self._TakeStep(context))
 
-        def _TakeStep(self, context: Context) -> Stepped:
-            return self._step.take(
+        def _TakeStep(self, context: Context) -> _Step:
+            if T is float:
+                taken = self._step.take_compiled(*self._Vectors(context))
+                if taken is not None:
+                    size = MOTION_SIZE * len(self._humans)
+                    end = size + STANCE_SIZE * len(self._humans)
+                    return taken[:size], taken[size:end], taken[end:]
+            states, stances, touches = self._step.take(
                 *self._Present(context), self._GetStances(context)
             )
+            return states.ravel(), stances.ravel(), touches.ravel()
 
-        def _EvalStep(self, context: Context) -> Stepped:
+        def _Vectors(self, context: Context) -> tuple[Array, ...]:
+            """Returns the arguments of `take_compiled`, views."""
+            robots = self._robot_states
+            return (
+                context.get_discrete_state(self._state).value(),
+                self._commands.EvalBasicVector(context).value(),
+                self._no_robots
+                if robots is None
+                else robots.EvalBasicVector(context).value(),
+                context.get_numeric_parameter(self._weights).value(),
+                context.get_discrete_state(self._stances).value(),
+            )
+
+        def _EvalStep(self, context: Context) -> _Step:
             """Returns the step that begins now, not to be written to."""
-            stepped: Stepped = self.get_cache_entry(self._stepped).Eval(context)
-            return stepped
+            if self._touches is None:
+                # Nobody else asks for it.
+                return self._TakeStep(context)
+            step: _Step = self.get_cache_entry(self._stepped).Eval(context)
+            return step
 
         def _CalcTouches(self, context: Context, output: BasicVector) -> None:
-            touches = self._EvalStep(context).touches.ravel()
+            _, _, touches = self._EvalStep(context)
             output.SetFromVector(touches if T is float else lifted(touches))
 
         def _Update(
             self, context: Context, discrete_state: DiscreteValues
         ) -> None:
             states, stances, _ = self._EvalStep(context)
-            discrete_state.set_value(self._state, states.ravel())
-            discrete_state.set_value(self._stances, stances.ravel())
+            discrete_state.set_value(self._state, states)
+            discrete_state.set_value(self._stances, stances)
 
     return Impl
 

@@ -16,11 +16,13 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
+    MOTION_SIZE,
     RADIUS,
     STATE_SIZE,
     TOUCH_SIZE,
     is_outside,
 )
+from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.doors import (
     CAME,
     ENTERED,
@@ -33,7 +35,7 @@ from hunav_drake.systems.crowd.doors import (
 )
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd
 from hunav_drake.systems.crowd.motion_model import Snapshot
-from hunav_drake.systems.crowd.step import CrowdStep, Stepped
+from hunav_drake.systems.crowd.step import CrowdStep
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.traffic import Traffic
 
@@ -236,7 +238,7 @@ class OpenCrowd(HumanCrowd):
             np.concatenate([per_source.ravel(), departures[:, LEFT]])
         )
 
-    def _TakeStep(self, context: Context) -> Stepped:
+    def _TakeStep(self, context: Context) -> tuple[Array, Array, Array]:
         states = self._GetState(context).copy()
         stances = self._GetStances(context).copy()
         robots = self._GetRobots(context)
@@ -245,10 +247,12 @@ class OpenCrowd(HumanCrowd):
         stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
         states[rows], stances[rows], touched = stepped
         touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
-        return Stepped(states, stances, touches.reshape(-1, TOUCH_SIZE))
+        return states.ravel(), stances.ravel(), touches.ravel()
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         states, stances, _ = map(np.copy, self._EvalStep(context))
+        states = states.reshape(-1, MOTION_SIZE)
+        stances = stances.reshape(-1, STANCE_SIZE)
         after = self._doors.step(
             Passage(
                 states=states,

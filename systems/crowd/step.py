@@ -1,6 +1,6 @@
 """One step of a crowd on arrays: the computation of `HumanCrowd`, no ports."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import copy
 import dataclasses
 from typing import Any, NamedTuple, Self, TypeGuard
@@ -8,13 +8,18 @@ from typing import Any, NamedTuple, Self, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from hunav_drake.systems.common.layout import FORCES_SIZE, MOTION_SIZE
+from hunav_drake.systems.common.layout import (
+    FORCES_SIZE,
+    MOTION_SIZE,
+    TOUCH_SIZE,
+)
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.crowd.bodies import hunavsim_step, whole_step
+from hunav_drake.systems.crowd.bodies.adaptation import Adaptation
 from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
-from hunav_drake.systems.crowd.bodies.in_view import InView
-from hunav_drake.systems.crowd.bodies.whole_step import Numbers, whole_step
+from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import limited, plain
+from hunav_drake.systems.crowd.limits import changed_to, limited, plain
 from hunav_drake.systems.crowd.motion_model import (
     MotionModel,
     Snapshot,
@@ -22,7 +27,6 @@ from hunav_drake.systems.crowd.motion_model import (
 )
 from hunav_drake.systems.crowd.social_force.hash_order import hash_order
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
-from hunav_drake.systems.crowd.walls.room import Room
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -32,6 +36,7 @@ Array = NDArray[Any]
 
 # The argument for people with their own radii and weights at walls.
 _OWN = np.zeros((0, 2))
+_OWN.setflags(write=False)
 
 
 class CrowdJacobian(NamedTuple):
@@ -111,39 +116,59 @@ class CrowdStep:
         self.radii.setflags(write=False)
         self._turns = _turns(humans, model)
         self._bodies = Bodies(humans, obstacles, config)
-        self._keeps_radii = model.keeps_radii
-        self._in_view = InView(obstacles, config)
-        self._room = Room(
-            obstacles,
-            self.radii,
-            config,
-            margin=getattr(model, "safety_margin", 0.0),
+        self._time_gap, self._speed_matching = (
+            getattr(model, name) if model.follows else 0.0
+            for name in ("time_gap", "speed_matching")
         )
-        # (Robots that bodies stop have smaller radii to bodies.)
-        self._whole = (
-            self._compiled_step(model)
-            if _is_fast(model) and not config.robots_stop
-            else None
+        self._adaptation = Adaptation(
+            self.radii, self._bodies.radii, obstacles, config
         )
+        self._compiled = None if with_derivatives else self._in_one(config)
 
-    def _compiled_step(self, model: SocialForceModel) -> tuple[Array, ...]:
-        """Returns the constant arguments of `whole_step`."""
+    def _in_one(
+        self, config: CrowdConfig
+    ) -> tuple[Callable[..., Array], Array, Array, Array] | None:
+        """Returns the compiled step, and its last arguments, if there is one.
+
+        That is `whole_step` or `hunavsim_step`.
+        """
         bodies = self._bodies
-        numbers = Numbers(
-            *bodies.options,
-            reach=self._obstacle_range,
-            most=self._max_obstacles,
-            error=model.error_bound,
-            time_gap=self._in_view.time_gap,
-            matching=self._in_view.speed_matching,
-            time_step=self._time_step,
-            iterations=ITERATIONS,
-        )
-        return (
-            np.column_stack([bodies.sizes, self.radii]),
-            self._obstacles.table,
-            np.array(numbers, dtype=float),
-        )
+        model = config.model
+        sizes = np.column_stack([bodies.sizes, self.radii])
+        # (Robots that bodies stop have smaller radii to bodies.)
+        if _is_fast(model) and not config.robots_stop:
+            numbers = whole_step.Numbers(
+                *bodies.options,
+                parts=config.groups_part,
+                reach=self._obstacle_range,
+                most=self._max_obstacles,
+                error=model.error_bound,
+                time_gap=self._time_gap,
+                matching=self._speed_matching,
+                time_step=self._time_step,
+                iterations=ITERATIONS,
+            )
+            constants = np.array(numbers, dtype=float)
+            return (
+                whole_step.whole_step,
+                *(sizes, self._obstacles.table, constants),
+            )
+        if hunavsim_step.is_of_hunavsim(model, config):
+            rules = hunavsim_step.Numbers(
+                reach=self._obstacle_range,
+                most=self._max_obstacles,
+                time_step=self._time_step,
+                measured=model.measured_velocities,
+            )
+            turns = (
+                np.arange(len(sizes)) if self._turns is None else self._turns
+            )
+            constants = np.concatenate([rules, turns]).astype(float)
+            return (
+                hunavsim_step.hunavsim_step,
+                *(sizes, self._obstacles.table, constants),
+            )
+        return None
 
     def take(
         self,
@@ -154,28 +179,49 @@ class CrowdStep:
         stances: Array,
     ) -> Stepped:
         """Returns the result of a step: see `look` and `advance`."""
-        if self._whole is not None and states.dtype != object:
-            eased = _OWN
-            within = limited(states)
-            wanted = self._room.guide(within, limited(command))
-            passes = self._in_view.passes(robots)
-            if self._room.leads or passes or self._in_view.takes_turns:
-                eased = self._room.ease(within, wanted, parameters)
-                wanted, eased = self._in_view.take_turns(
-                    *(within, self._kept(), wanted, parameters, eased)
-                )
-            if passes:
-                wanted, eased = self._in_view.pass_robots(
-                    *(within, self._bodies.radii, wanted, command),
-                    *(parameters, robots, eased),
-                )
-            *stepped, holds = whole_step(
-                states, wanted, stances, robots, parameters, eased, *self._whole
+        if states.dtype != object:
+            taken = self.take_compiled(
+                *(states.ravel(), command.ravel(), robots.ravel()),
+                *(parameters.ravel(), stances.ravel()),
             )
-            if holds:
-                return Stepped(*stepped)
+            if taken is not None:
+                ends = [states.size, states.size + stances.size]
+                parts = np.split(taken, ends)
+                return Stepped(
+                    parts[0].reshape(states.shape),
+                    parts[1].reshape(stances.shape),
+                    parts[2].reshape(-1, TOUCH_SIZE),
+                )
         snapshot = self.look(states, command, robots, parameters)
         return self.advance(snapshot, self.forces(snapshot), stances)
+
+    def take_compiled(
+        self,
+        states: NDArray[np.float64],
+        command: NDArray[np.float64],
+        robots: NDArray[np.float64],
+        parameters: NDArray[np.float64],
+        stances: NDArray[np.float64],
+    ) -> NDArray[np.float64] | None:
+        """Returns the result of `take`, faster; None if there is none.
+
+        The arguments are vectors with the rows of those there; the result is
+        one with the rows of the fields of `Stepped`.
+        """
+        if self._compiled is None:
+            return None
+        eased = _OWN
+        if not self._adaptation.is_idle(robots):
+            command, eased = self._adaptation.adapt(
+                states, command, robots, parameters
+            )
+            if not len(eased):
+                return None
+        step, *constants = self._compiled
+        result = step(
+            *(states, command, stances, robots, parameters, eased), *constants
+        )
+        return result if len(result) else None
 
     def of(self, rows: NDArray[np.intp]) -> Self:
         """Returns the step of some of the people, in the same room.
@@ -190,10 +236,8 @@ class CrowdStep:
             # The remaining ones, in the same order.
             part._turns = np.argsort(np.argsort(self._turns)[rows])
         part._bodies = self._bodies.of(rows)
-        if self._whole is not None:
-            sizes, *rest = self._whole
-            part._whole = (sizes[rows], *rest)
-        part._room = self._room.of(rows)
+        part._adaptation = self._adaptation.of(rows)
+        part._compiled = None
         return part
 
     def look(
@@ -209,21 +253,21 @@ class CrowdStep:
         """
         states = limited(states)
         robots = limited(robots)
-        goals = limited(command)
-        command = self._room.guide(states, goals)
-        bodies = self._bodies.radii
-        eased = self._room.ease(states, command, parameters)
-        command, eased = self._in_view.take_turns(
-            states, self._kept(), command, parameters, eased
+        command = limited(command)
+        values = plain(states)
+        wanted, eased = self._adaptation.adapt(
+            *(values.ravel(), plain(command).ravel()),
+            *(plain(robots).ravel(), parameters.ravel()),
         )
-        if self._in_view.passes(robots):
-            command, eased = self._in_view.pass_robots(
-                states, bodies, command, goals, parameters, robots, eased
+        wanted = wanted.reshape(command.shape)
+        if self._time_gap > 0:
+            wanted, eased = keep_time_gap(
+                *(values, self._bodies.radii, wanted, parameters, eased),
+                *(self._time_gap, self._speed_matching),
             )
-        if self._in_view.time_gap > 0:
-            command, eased = self._in_view.follow(
-                states, bodies, command, parameters, eased
-            )
+        eased.setflags(write=False)
+        # (A waypoint does not move when people or goals do.)
+        command = changed_to(command, wanted)
         return Snapshot(
             states=states,
             radii=self.radii,
@@ -237,10 +281,6 @@ class CrowdStep:
             eased=eased,
             turns=self._turns,
         )
-
-    def _kept(self) -> Array:
-        """Returns the radii (n,) that people keep clear of each other."""
-        return self.radii if self._keeps_radii else self._bodies.radii
 
     def forces(self, snapshot: Snapshot) -> Array:
         """Returns the forces (n, FORCES_SIZE) on the people, in m/s^2.

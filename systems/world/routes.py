@@ -4,13 +4,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 import functools
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.world import visibility_graph, waypoints
+from hunav_drake.systems.world import (
+    goal_ways,
+    hidden,
+    visibility_graph,
+    waypoints,
+)
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
@@ -20,9 +26,9 @@ from hunav_drake.systems.world.route_files import kept
 # comes in sight before the last one is reached.
 _SIGHT = 0.95
 
-# The numbers of goals, and of maps, whose ways are cached.
-_MOST_GOALS = 1024
+# The number of maps that are kept, and the least number of goals of each.
 _MOST_MAPS = 8
+_FEWEST_GOALS = 1024
 
 # The number of segments from which on maps are kept on disk. Smaller ones are
 # made in less time than a file takes.
@@ -57,26 +63,19 @@ class RouteMap:
         self.ways.setflags(write=False)
 
     @functools.cached_property
-    def _goal(self) -> Callable[[float, float], Array]:
-        """Returns `_ways_to` of a goal, from a cache for the last ones."""
-        ways_to = functools.partial(
-            _ways_to, self.sight, self.vertices, self.ways, self.obstacles.table
-        )
-        return functools.lru_cache(maxsize=_MOST_GOALS)(ways_to)
+    def _graph(self) -> goal_ways.Graph:
+        return goal_ways.graph_of(self.vertices, self.ways)
 
     @functools.cached_property
-    def _goals(self) -> Callable[[bytes], Array]:
-        """Returns `_goal` of the bytes of rows (x, y), cached for the last.
-
-        In most steps, nobody has a new goal.
-        """
-        all_ways_to = functools.partial(_all_ways_to, self._goal)
-        return functools.lru_cache(maxsize=1)(all_ways_to)
+    def _goals(self) -> Callable[[int], goal_ways.Goals]:
+        """Returns the known ways, by the number of goals to remember."""
+        no_goals = functools.partial(goal_ways.no_goals, len(self.vertices))
+        return functools.cache(no_goals)
 
     @functools.cached_property
-    def _hidden(self) -> waypoints.Hidden:
+    def _hidden(self) -> hidden.Hidden:
         """The known hiders of vertices: see there."""
-        return waypoints.nothing_hidden(len(self.vertices))
+        return hidden.nothing_hidden(len(self.vertices))
 
     @staticmethod
     def from_obstacles(
@@ -121,18 +120,17 @@ class RouteMap:
         more columns than x and y.
         """
         p = np.ascontiguousarray(positions, dtype=float)
-        blocked = visibility_graph.needs_way(
-            p, command, self.sight, self.obstacles.table
+        guided: Array = waypoints.guided(p, command, *self.arguments(len(p)))
+        return guided if len(guided) else command
+
+    def arguments(self, people: int) -> tuple[Any, ...]:
+        """Returns the constant arguments of `waypoints.guided` for a crowd."""
+        # Room for twice as many goals as people: few are in each other's way.
+        goals = max(_FEWEST_GOALS, 2 << (people - 1).bit_length())
+        return (
+            *(self.sight, *self._graph, *self._goals(goals), *self._hidden),
+            self.obstacles.table,
         )
-        (who,) = blocked.nonzero()
-        if not len(who):
-            return command
-        goals = command[who, Command.GOAL_X : Command.GOAL_Y + 1]
-        guided: Array = waypoints.guided(
-            *(p, command, who, self._goals(goals.tobytes()), self.sight),
-            *(self.vertices, *self._hidden, self.obstacles.table),
-        )
-        return guided
 
 
 @functools.lru_cache(maxsize=_MOST_MAPS)
@@ -159,51 +157,3 @@ def _without_points(obstacles: Obstacles) -> Obstacles:
         return obstacles
     first = np.concatenate([[0], np.cumsum(long)])[obstacles.first]
     return Obstacles(np.ascontiguousarray(s[long]), first, obstacles.solid)
-
-
-def _ways_to(
-    sight: float, vertices: Array, ways: Array, table: Array, x: float, y: float
-) -> Array:
-    """Returns the common data of all ways to a goal (x, y).
-
-    They are the place to go to, the clearance of the last leg, and the length
-    of the way from each vertex, infinite if there is none: see
-    `waypoints.guided`.
-    """
-    place: Array = visibility_graph.standing_place(x, y, sight, table)
-    for last in (sight, visibility_graph.SQUEEZED * sight):
-        legs: Array = visibility_graph.straight_lengths(
-            *(*place, last, vertices, table)
-        )
-        if np.isfinite(legs).any():
-            legs = _shortest(legs, ways)
-            break
-    return np.concatenate([place, [last], legs])
-
-
-def _all_ways_to(
-    ways_to: Callable[[float, float], Array], goals: bytes
-) -> Array:
-    """Returns the results of `ways_to` for goals, the bytes of rows (x, y)."""
-    rows = np.frombuffer(goals).reshape(-1, 2).tolist()
-    return np.array([ways_to(x, y) for x, y in rows])
-
-
-def _shortest(legs: Array, ways: Array) -> Array:
-    """Returns the lengths (m,) of the shortest ways from vertices to a place.
-
-    Those of the straight ways, `legs` (m,), are infinite where there is none.
-    """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
-    m = len(legs)
-    seen = np.flatnonzero(np.isfinite(legs))
-    i, j = ways[:, :2].astype(np.int32).T
-    # (Some versions of SciPy take no other indices than these.)
-    rows = np.concatenate([i, np.full(len(seen), m, np.int32)])
-    columns = np.concatenate([j, seen.astype(np.int32)])
-    lengths = np.concatenate([ways[:, 2], legs[seen]])
-    graph = csr_array((lengths, (rows, columns)), shape=(m + 1, m + 1))
-    shortest: Array = dijkstra(graph, directed=False, indices=m)[:m]
-    return shortest

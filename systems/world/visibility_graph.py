@@ -10,13 +10,11 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit, jit_as
-from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.world.sweep import (
     crosses,
     distance_to,
     is_free,
-    nearest_free,
     nearest_on_path,
 )
 from hunav_drake.systems.world.walls import opened, segments_near
@@ -113,12 +111,18 @@ def sees(px, py, qx, qy, clearance, walls):
 
 
 @jit
-def _sees_past(px, py, qx, qy, clearance, walls, hiders):
+def no_hiders():
+    """Returns the memory of `sees_past` that knows nothing."""
+    return np.full(_HIDERS + 1, -1)
+
+
+@jit
+def sees_past(px, py, qx, qy, clearance, walls, hiders):
     """Returns the result of `sees`, for one of many points seen from p.
 
     A segment that hid one point often hides the next. Array `hiders` keeps
     segments that hid other points, or -1, and in its last element the index of
-    the one that is replaced next; at first all are -1.
+    the one that is replaced next.
     """
     for i in range(_HIDERS):
         if hiders[i] >= 0 and crosses(
@@ -151,27 +155,6 @@ def blocked(positions, goals, clearance, table):
     return result
 
 
-@jit_as(numba.boolean[::1], MATRIX, MATRIX, REAL, WALLS)
-def needs_way(positions, command, clearance, table):
-    """Returns who (n,) has a goal, is not there, and does not see it.
-
-    Rows of positions are x, y, ..., in meters; those of command see `Command`.
-    """
-    walls = opened(table)
-    result = np.empty(len(positions), dtype=np.bool_)
-    for i in range(len(positions)):
-        x = positions[i, 0]
-        y = positions[i, 1]
-        gx = command[i, Command.GOAL_X]
-        gy = command[i, Command.GOAL_Y]
-        result[i] = (
-            command[i, Command.HAS_GOAL] != 0
-            and math.hypot(gx - x, gy - y) > command[i, Command.GOAL_RADIUS]
-            and not sees(x, y, gx, gy, clearance, walls)
-        )
-    return result
-
-
 @jit_as(numba.boolean[::1], MATRIX, REAL, WALLS)
 def free_points(points, clearance, table):
     """Returns which points (m, 2) have their clearance from every wall."""
@@ -198,11 +181,11 @@ def straight_ways(points, clearance, table):
         px, py = points[i, 0], points[i, 1]
         for j in range(i):
             angles[j] = math.atan2(points[j, 1] - py, points[j, 0] - px)
-        hiders = np.full(_HIDERS + 1, -1)
+        hiders = no_hiders()
         # A segment that hides a point mostly hides the next to the left, too.
         for j in stable_order(angles[:i]):
             qx, qy = points[j, 0], points[j, 1]
-            seen[j] = _sees_past(px, py, qx, qy, clearance, walls, hiders)
+            seen[j] = sees_past(px, py, qx, qy, clearance, walls, hiders)
         for j in range(i):
             if not seen[j]:
                 continue
@@ -218,34 +201,3 @@ def straight_ways(points, clearance, table):
             found[count, 2] = math.hypot(px - qx, py - qy)
             count += 1
     return found[:count].copy()
-
-
-@jit_as(float64[::1], REAL, REAL, REAL, MATRIX, WALLS)
-def straight_lengths(x, y, clearance, points, table):
-    """Returns the lengths of the straight ways from (x, y) to points (m, 2).
-
-    They are infinite for points that are not seen.
-    """
-    walls = opened(table)
-    m = len(points)
-    result = np.full(m, np.inf)
-    angles = np.empty(m)
-    for i in range(m):
-        angles[i] = math.atan2(points[i, 1] - y, points[i, 0] - x)
-    hiders = np.full(_HIDERS + 1, -1)
-    # A segment that hides a point mostly hides the next to the left, too.
-    for i in stable_order(angles):
-        px, py = points[i, 0], points[i, 1]
-        if _sees_past(x, y, px, py, clearance, walls, hiders):
-            result[i] = math.hypot(x - px, y - py)
-    return result
-
-
-@jit_as(float64[::1], REAL, REAL, REAL, WALLS)
-def standing_place(gx, gy, clearance, table):
-    """Returns the place (2,) to go to for a goal: itself, or outside solids."""
-    walls = opened(table)
-    if is_free(gx, gy, 0.0, walls):
-        return np.array([gx, gy])
-    x, y, _ = nearest_free(gx, gy, 0.0, 0.0, clearance, walls)
-    return np.array([x, y])

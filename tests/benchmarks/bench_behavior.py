@@ -106,6 +106,37 @@ def us_per_step(n, tree):
     return best / steps * 1e6
 
 
+def us_near_goals(n):
+    """Returns the time of a person's tick in a crowd near its goals.
+
+    A tenth of the people stand; all are within the distance of their goals at
+    which others who stand there might bar the way: 0.4 m times the square root
+    of their number.
+    """
+    rng = np.random.default_rng(0)
+    states = np.zeros((n, STATE_SIZE))
+    states[:, :2] = rng.uniform(0, math.sqrt(n / 0.3), (n, 2))
+    states[:, 3] = rng.uniform(0, 1, n)
+    states[:, RADIUS] = 0.35
+    shift = rng.uniform(-0.2, 0.2, (n, 2)) * math.sqrt(n)
+    humans = [
+        HumanConfig(pose=(x, y, 0.0), goals=[(x + dx, y + dy)])
+        for (x, y), (dx, dy) in zip(
+            states[:, :2].tolist(), shift.tolist(), strict=True
+        )
+    ]
+    trees = BehaviorTree([LoadTree("regular")] * n, humans, num_robots=0)
+    context = trees.CreateDefaultContext()
+    port = trees.get_human_states_input_port()
+    best = math.inf
+    for _ in range(5):
+        port.FixValue(context, states.ravel())
+        start = time.process_time()
+        trees.get_commands_output_port().Eval(context)
+        best = min(best, time.process_time() - start)
+    return best / n * 1e6
+
+
 def us_per_tick(tree):
     person = Person.from_config(HUMAN, 0, time_step=TIME_STEP)
     memory = tree.initial_memory(person)
@@ -349,6 +380,9 @@ def main():
         "regular": LoadTree("regular"),
         "curious": LoadTree("curious"),
     }
+    print("us per person and tick in a crowd that stands and walks near goals")
+    for n in (200, 2000, 5000):
+        print(f"{n:6} people: {us_near_goals(n):.1f}")
     print("us per tick of a tree")
     for name, tree in trees.items():
         print(f"  {name:10s} {us_per_tick(tree):6.2f}")

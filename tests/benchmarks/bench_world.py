@@ -3,6 +3,7 @@
 All figures are of one run on one machine: compare the ratios.
 """
 
+import math
 import os
 import tempfile
 import time
@@ -16,6 +17,7 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.evaluation.curves import lines_blocked
 from hunav_drake.systems.world.obstacles import Obstacles, inside, nearest_wall
 from hunav_drake.systems.world.routes import RouteMap, _route_map
+from hunav_drake.systems.world.shapes import Box, World
 from tests.benchmarks.bench_crowd import TIME_STEP, best, simulate
 from tests.benchmarks.house import SIZE, house, plan
 
@@ -57,6 +59,56 @@ def rays_per_second(world: Obstacles) -> float:
     starts = rng.uniform((0, 0), SIZE, (2000, 2))
     lines = np.hstack([starts, starts + rng.uniform(-7, 7, (2000, 2))])
     return len(lines) / best(lambda: lines_blocked(lines, world.table))
+
+
+def boxes(count: int) -> tuple[Obstacles, float]:
+    """Returns boxes in a square, 3 m from each other, and its side in m."""
+    side = math.isqrt(count)
+    rng = np.random.default_rng(0)
+    walls = [
+        Box(center=(3 * i, 3 * j), size=(1.2, 1.2), yaw=rng.uniform(0, 1.5))
+        for i in range(side)
+        for j in range(side)
+    ]
+    return World(walls=walls).obstacles(), 3.0 * (side - 1)
+
+
+def goal_cost(count: int) -> float:
+    """Returns the seconds that a new goal costs a person among boxes."""
+    world, side = boxes(count)
+    route = RouteMap.from_obstacles(world)
+    goals = np.random.default_rng(1).uniform(1.5, side - 1.5, (400, 2))
+    goals = goals[~inside(world, goals).any(axis=1)]
+    # The first ones make known what is seen from the place of the person.
+    half = len(goals) // 2
+    for goal in goals[:half]:
+        route.next_waypoint((1.5, 1.5), goal)
+    started = time.process_time()
+    for goal in goals[half:]:
+        route.next_waypoint((1.5, 1.5), goal)
+    return (time.process_time() - started) / (len(goals) - half)
+
+
+def ways_of(people: int) -> tuple[float, float]:
+    """Returns what it costs that people among 100 boxes have new goals.
+
+    They are the seconds of the step in which all of them have, and of a step in
+    which one has; most people do not see their goals.
+    """
+    world, side = boxes(100)
+    route = RouteMap.from_obstacles(world)
+    rng = np.random.default_rng(2)
+    positions, goals = rng.uniform(0, side, (2, people, 2))
+    command = np.zeros((people, COMMAND_SIZE))
+    command[:, : Command.GOAL_Y + 1] = goals
+    command[:, Command.HAS_GOAL] = 1
+    seconds = []
+    for _ in range(6):
+        started = time.process_time()
+        route.guide(positions, command)
+        seconds.append(time.process_time() - started)
+        command[0, Command.GOAL_X] += 0.01
+    return seconds[0], min(seconds[1:])
 
 
 def timed_map(world: Obstacles) -> tuple[float, RouteMap]:
@@ -105,6 +157,18 @@ def main() -> None:
         f" {len(route.ways)} ways: built in {built:.2f} s,"
         f" loaded in {1e3 * loaded:.1f} ms, {1e3 * goal:.1f} ms for each goal"
     )
+
+    print(
+        "\nGoals that nobody had before, from the corner of a square of boxes"
+    )
+    for count in (25, 100, 225, 400):
+        print(f"{count:6} boxes: {1e6 * goal_cost(count):6.0f} us each")
+    for people in (1500, 2500, 5000):
+        first, next_one = ways_of(people)
+        print(
+            f"{people:6} people among 100 boxes, of whom one has a new goal:"
+            f" {1e3 * next_one:.1f} ms (all: {1e3 * first:.0f} ms)"
+        )
 
     print("\nLines of sight of up to 10 m, in millions per second")
     few, many = rays_per_second(small), rays_per_second(large)

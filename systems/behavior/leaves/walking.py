@@ -7,8 +7,6 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
-import numpy as np
-
 from hunav_drake.systems.behavior.leaves.pacing import (
     STANDING,
     PortSpeed,
@@ -25,26 +23,16 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     MAX_BEHAVIOR_STATUS,
     TickContext,
 )
-from hunav_drake.systems.common.layout import (
-    RADIUS,
-    VX,
-    VY,
-    Command,
-    RobotRole,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import RADIUS, Command, RobotRole, X, Y
 from hunav_drake.systems.common.schema import within
 
 # The distance beyond its radius at which HuNavSim takes a goal for reached, in
 # meters.
 GOAL_MARGIN = 0.1
 
-# People slower than the first value, in m/s, stand. They block a person with
-# the same goal if no more than the second is between the bodies, and they
-# extend the goal by the third, times the square root of their number, both in
-# meters.
-_STANDING = 0.1
+# People who stand block a person with the same goal if no more than the first
+# value is between the bodies, and they extend the goal by the second, times the
+# square root of their number, both in meters.
 _IN_THE_WAY = 0.3
 _CROWDING = 0.4
 
@@ -91,18 +79,11 @@ def _is_taken(
     beyond = (distance - context.person.goal_radius) / _CROWDING
     if beyond * beyond > context.num_humans - 1:
         return False
-    people = context.human_states
     state = context.state
-    away = np.hypot(people[:, X] - goal[0], people[:, Y] - goal[1])
-    speed = np.hypot(people[:, VX], people[:, VY])
-    standing = people[(away < distance) & (speed < _STANDING)]
-    if beyond * beyond > len(standing):
-        return False
-    gap = np.hypot(standing[:, X] - state[X], standing[:, Y] - state[Y])
-    gap -= standing[:, RADIUS] + state[RADIUS]
-    ahead = (standing[:, X] - state[X]) * (goal[0] - state[X])
-    ahead += (standing[:, Y] - state[Y]) * (goal[1] - state[Y])
-    return bool(((gap <= _IN_THE_WAY) & (ahead > 0)).any())
+    return context.standing.bar_the_way(
+        (state[X], state[Y], state[RADIUS]),
+        *(goal, distance, _IN_THE_WAY, beyond * beyond),
+    )
 
 
 @register_action("UpdateGoal", ignored=IGNORED)

@@ -15,6 +15,7 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.people.human_config import LARGEST_BODY, HumanConfig
+from hunav_drake.systems.people.standing import Standing
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.ray_cast import ray_cast
 
@@ -142,6 +143,7 @@ class TickContext:
             state 1.
         state: The person's own row of `human_states`.
         robots: The rows of `robot_states`.
+        standing: The people who stand.
     """
 
     __slots__ = (
@@ -152,6 +154,7 @@ class TickContext:
         "command",
         "person",
         "robots",
+        "standing",
         "state",
     )
 
@@ -161,6 +164,7 @@ class TickContext:
         memory: list[float],
         human_states: Array,
         robot_states: Array,
+        standing: Standing | None = None,
     ) -> None:
         """Constructs a TickContext.
 
@@ -169,7 +173,9 @@ class TickContext:
             memory: The memory of the tree; the tick changes it.
             human_states: Shape (7n,), see `common.layout`.
             robot_states: Shape (7m,), see `common.layout`.
+            standing: The people who stand, if somebody else needs them, too.
         """
+        self.standing = standing or Standing(human_states)
         self.person = person
         self.command = list(person.commands[int(memory[GOAL_INDEX])])
         self.behavior_status = 0

@@ -53,6 +53,15 @@ def _root(roots, i):
     return i
 
 
+@jit
+def is_grouped(command):
+    """Returns whether anybody (n, COMMAND_SIZE) is in a group."""
+    grouped = False
+    for i in range(len(command)):
+        grouped = grouped or command[i, Command.GROUP_ID] >= 0
+    return grouped
+
+
 @jit_as(float64[::1], MATRIX, MATRIX, MATRIX)
 def walking_groups(positions, command, guided):
     """Returns the groups (n,) of people who walk together: >= 0, or -1 alone.

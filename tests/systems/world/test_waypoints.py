@@ -4,7 +4,7 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.systems.world import visibility_graph, waypoints
+from hunav_drake.systems.world import hidden, visibility_graph
 from hunav_drake.systems.world.obstacles import Obstacles, inside
 from hunav_drake.systems.world.routes import RouteMap
 from tests.benchmarks.house import SIZE, house
@@ -52,7 +52,7 @@ def test_what_is_remembered_as_hidden_is_seen_from_nowhere_in_the_cell(world):
     known = np.argwhere(hiders < 0)
     assert len(known) > 1000
     for place, vertex in known[rng.choice(len(known), 300)]:
-        size = waypoints._CELL
+        size = hidden._CELL
         starts = (cells[place] + rng.uniform(0, 1, (10, 2))) * size
         goals = np.tile(dut.vertices[vertex], (len(starts), 1))
         # Not even with hardly any clearance.
@@ -75,7 +75,7 @@ def test_many_short_segments_hide_like_a_long_one():
 def test_the_memory_forgets_cells_and_stays_right(world, monkeypatch):
     """A memory of three cells, of which each takes the place of others."""
     dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
-    monkeypatch.setattr(waypoints, "_MOST", 3 * len(dut.vertices))
+    monkeypatch.setattr(hidden, "_MOST", 3 * len(dut.vertices))
     small = RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
     assert len(small._hidden.cells) == 3
     for p in places(world, 60, 6):

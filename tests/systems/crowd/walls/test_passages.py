@@ -8,7 +8,7 @@ import pytest
 from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
-from hunav_drake.systems.crowd.walls.room import Room
+from hunav_drake.systems.crowd.bodies.adaptation import Adaptation
 from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.routes import RouteMap
 from hunav_drake.systems.world.shapes import Box, World
@@ -137,10 +137,14 @@ def ease(world, *, p=(2.0, 0.0), goal=(6.0, 0.0), planned=True, **command):
         rows[0, Command[name]] = value
     states = np.array([[*p, 0.0, 0.0, 0.0, 0.0]])
     parameters = np.array([[2, 0.5, 10, 0.2, 5, 2, 0.35, 2, 3, 0, 3, 2, 1.0]])
-    room = Room(
-        world.obstacles(), np.array([0.35]), CrowdConfig(route_planning=planned)
+    dut = Adaptation(
+        *(np.array([0.35]), np.array([0.3]), world.obstacles()),
+        CrowdConfig(route_planning=planned),
     )
-    return tuple(room.ease(states, rows, parameters)[0])
+    _, at_walls = dut.adapt(
+        states.ravel(), rows.ravel(), np.zeros(0), parameters.ravel()
+    )
+    return tuple(at_walls[0])
 
 
 @pytest.mark.parametrize("width", [1.0, 1.2, 2.0])
