@@ -65,3 +65,5 @@ from .trial.simulation import (
     RunTrial as RunTrial,
 )
 from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm
+from .validation.fitting import Fit as Fit, FitForces as FitForces
+from .validation.recorded import windows_of as windows_of

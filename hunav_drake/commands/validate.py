@@ -131,13 +131,12 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
     from hunav_drake.systems.common.files import atomic_write
     from hunav_drake.systems.crowd import CrowdConfig
     from hunav_drake.systems.crowd.models import MOTION_MODELS
-    from hunav_drake.tracks.files import ReadTracks
     from hunav_drake.validation.recorded import (
         CrowdPrediction,
         constant_velocity,
         judge_recorded,
+        read_windows,
         recorded_overlap,
-        windows_of,
     )
     from hunav_drake.validation.recorded_tables import (
         format_scores,
@@ -163,13 +162,7 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
             )
     scenes: dict[str, list[Array]] = {}
     for file in options.tracks:
-        windows = list(windows_of(ReadTracks(file)))
-        if not windows:
-            raise ValueError(
-                f"{file}: nobody is there for 8 s, as it takes; record longer,"
-                " or see `hunav tracks` for its rate"
-            )
-        scenes[_scene_name(file, scenes)] = windows
+        scenes[_scene_name(file, scenes)] = read_windows(file)
     scores: list[Score] = []
     with progress_bar("scenes") as (bar, _):
         bar.total = len(scenes)

@@ -8,7 +8,8 @@ people walk, or only ahead (straight on, at the speed of the past), which
 also judges whether avoiding others is worth anything.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -29,6 +30,8 @@ from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.parameters import PARAMETERS
 from hunav_drake.systems.people.tracks import Tracks
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.tracks.files import ReadTracks
 
 # Seconds between two samples; how many are past (with the present one), and
 # how many are to be predicted.
@@ -111,6 +114,22 @@ def windows_of(tracks: Tracks, stride: int = FUTURE) -> Iterator[Array]:
             yield window[throughout]
 
 
+def read_windows(file: Path) -> list[Array]:
+    """Returns the windows of a file of tracks.
+
+    Raises:
+        OSError: If the file cannot be read.
+        ValueError: If it is not valid, or nobody is there for a window.
+    """
+    windows = list(windows_of(ReadTracks(file)))
+    if not windows:
+        raise ValueError(
+            f"{file}: nobody is there for {(PAST + FUTURE) * STEP:g} s, as it"
+            " takes; record longer, or see `hunav tracks` for its rate"
+        )
+    return windows
+
+
 def constant_velocity(window: Array, goal: Goal) -> Array:
     """Predicts that all go on as in the last step; shape (n, FUTURE, 2).
 
@@ -129,7 +148,10 @@ class CrowdPrediction:
     """Predicts people by a `HumanCrowd`."""
 
     def __init__(
-        self, config: CrowdConfig, weights: dict[str, float] | None = None
+        self,
+        config: CrowdConfig,
+        weights: Mapping[str, float] | None = None,
+        obstacles: Obstacles | None = None,
     ) -> None:
         """Constructs a CrowdPrediction.
 
@@ -137,12 +159,20 @@ class CrowdPrediction:
             config: The motion model, and how people perceive the world.
             weights: Names of `people.parameters.PARAMETERS`, and their values
                 for everybody; by default, those of people.
+            obstacles: The walls; none by default.
         """
+        self._obstacles = obstacles
         self._config = config
         self._weights = weights or {}
 
     def __call__(self, window: Array, goal: Goal) -> Array:
         """Predicts the future of a window, shape (n, FUTURE, 2)."""
+        return self.prepare(window, goal)(self._weights)
+
+    def prepare(
+        self, window: Array, goal: Goal
+    ) -> Callable[[Mapping[str, float]], Array]:
+        """Returns the function that predicts a window with some weights."""
         now = window[:, PAST - 1]
         velocity = (now - window[:, PAST - 3]) / (2 * STEP)
         speed = np.hypot(*velocity.T)
@@ -174,7 +204,11 @@ class CrowdPrediction:
             for (x, y), v, m in zip(now.tolist(), speed, most, strict=True)
         ]
         crowd = HumanCrowd(
-            people, config=self._config, num_robots=0, time_step=_TIME_STEP
+            people,
+            config=self._config,
+            num_robots=0,
+            time_step=_TIME_STEP,
+            obstacles=self._obstacles,
         )
         context = crowd.CreateDefaultContext()
         crowd.get_commands_input_port().FixValue(context, commands.ravel())
@@ -182,18 +216,23 @@ class CrowdPrediction:
         crowd.SetStates(
             context, np.column_stack([now, yaw, velocity, np.zeros(len(now))])
         )
-        if self._weights:
-            weights = crowd.GetWeights(context)
-            for name, value in self._weights.items():
-                weights[:, PARAMETERS.index(name)] = value
-            crowd.SetWeights(context, weights)
-        simulator = Simulator(crowd, context)
-        places = []
-        for k in range(1, FUTURE + 1):
-            simulator.AdvanceTo(k * STEP)
-            states = crowd.get_human_states_output_port().Eval(context)
-            places.append(states.reshape(-1, STATE_SIZE)[:, [X, Y]])
-        return np.stack(places, axis=1)
+        whole = crowd.GetWeights(context)
+
+        def roll(weights: Mapping[str, float]) -> Array:
+            own = whole.copy()
+            for name, value in weights.items():
+                own[:, PARAMETERS.index(name)] = value
+            crowd.SetWeights(context, own)
+            simulator = Simulator(crowd, context.Clone())
+            places = []
+            for k in range(1, FUTURE + 1):
+                simulator.AdvanceTo(k * STEP)
+                states = port.Eval(simulator.get_context())
+                places.append(states.reshape(-1, STATE_SIZE)[:, [X, Y]])
+            return np.stack(places, axis=1)
+
+        port = crowd.get_human_states_output_port()
+        return roll
 
 
 class _Sample(NamedTuple):
@@ -243,7 +282,7 @@ def _times_to_collision(offset: Array, velocity: Array) -> Array:
 def judge_recorded(
     scene: str,
     windows: Sequence[Array],
-    models: dict[str, Predict],
+    models: Mapping[str, Predict],
     goals: Sequence[Goal] = ("true", "ahead"),
 ) -> list[Score]:
     """Scores models on the windows of a recording.
