@@ -64,6 +64,6 @@ from .trial.simulation import (
     MakeTrialSimulator as MakeTrialSimulator,
     RunTrial as RunTrial,
 )
-from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm
 from .validation.fitting import Fit as Fit, FitForces as FitForces
 from .validation.recorded import windows_of as windows_of
+from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm
