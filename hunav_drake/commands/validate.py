@@ -137,7 +137,9 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
         judge_recorded,
         read_windows,
         recorded_overlap,
+        sample_of,
     )
+    from hunav_drake.validation.recorded_plots import draw_samples
     from hunav_drake.validation.recorded_tables import (
         format_scores,
         scores_csv,
@@ -175,7 +177,18 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
     if options.out is not None:
         texts[options.out / "recorded.csv"] = scores_csv(scores)
     if options.markdown is not None:
-        texts[options.markdown] = scores_markdown(scores, overlaps)
+        pictures = {}
+        for k, (scene, windows) in enumerate(scenes.items(), 1):
+            made = {
+                score.model: score.sample
+                for score in scores
+                if score.scene == scene and score.goal == "true"
+            }
+            pictures[scene] = f"{options.markdown.stem}_{k}.svg"
+            texts[options.markdown.with_name(pictures[scene])] = draw_samples(
+                sample_of(windows), made
+            )
+        texts[options.markdown] = scores_markdown(scores, overlaps, pictures)
     for path, text in texts.items():
         with atomic_write(path) as output:
             output.write(text.encode())

@@ -56,6 +56,22 @@ Goal = Literal["true", "ahead"]
 Predict = Callable[[Array, Goal], Array]
 
 
+class Sample(NamedTuple):
+    """What people do, whoever they are: all in one heap.
+
+    Attributes:
+        nearest: The distances to the nearest person, in meters.
+        speeds: In m/s.
+        accelerations: Their sizes, in m/s^2.
+        collisions: The times to collision up to 5 s, in seconds.
+    """
+
+    nearest: Array
+    speeds: Array
+    accelerations: Array
+    collisions: Array
+
+
 class Score(NamedTuple):
     """How well a model predicts the people of a recording.
 
@@ -74,6 +90,7 @@ class Score(NamedTuple):
         speeds: Of speeds.
         accelerations: Of the sizes of accelerations.
         collisions: Of times to collision up to 5 s.
+        sample: What the predicted people do.
     """
 
     scene: str
@@ -87,6 +104,7 @@ class Score(NamedTuple):
     speeds: float
     accelerations: float
     collisions: float
+    sample: Sample
 
 
 def windows_of(tracks: Tracks, stride: int = FUTURE) -> Iterator[Array]:
@@ -235,16 +253,7 @@ class CrowdPrediction:
         return roll
 
 
-class _Sample(NamedTuple):
-    """What people do, whoever they are: all in one heap."""
-
-    nearest: Array
-    speeds: Array
-    accelerations: Array
-    collisions: Array
-
-
-def _sample(window: Array, future: Array) -> _Sample:
+def _sample(window: Array, future: Array) -> Sample:
     """Returns what the people of a window do in a future, (n, FUTURE, 2)."""
     path = np.concatenate([window[:, PAST - 2 : PAST], future], axis=1)
     velocities = np.diff(path, axis=1) / STEP
@@ -258,7 +267,7 @@ def _sample(window: Array, future: Array) -> _Sample:
         a, b = np.nonzero(np.triu(away < _NEAR))
         times = _times_to_collision(here[b] - here[a], moving[b] - moving[a])
         collisions.append(times[times <= _SOON])
-    return _Sample(
+    return Sample(
         np.concatenate(nearest),
         np.hypot(*velocities[:, 1:].reshape(-1, 2).T),
         np.hypot(*changes.reshape(-1, 2).T),
@@ -293,8 +302,7 @@ def judge_recorded(
         models: The models by name.
         goals: What the models are told.
     """
-    truth = [_sample(window, window[:, PAST:]) for window in windows]
-    real = _joined(truth)
+    real = sample_of(windows)
     scores = []
     for goal in goals:
         for name, predict in models.items():
@@ -307,23 +315,27 @@ def judge_recorded(
             )
             mean, final = errors.mean(axis=1), errors[:, -1]
             made = _joined(list(map(_sample, windows, futures)))
+            nearest, speeds, accelerations, collisions = map(
+                _difference, made, real
+            )
             scores.append(
                 Score(
                     *(scene, name, goal, len(errors)),
                     (float(mean.mean()), *mean_interval(mean)),
                     (float(final.mean()), *mean_interval(final)),
                     _overlap(made),
-                    *map(_difference, made, real),
+                    *(nearest, speeds, accelerations, collisions),
+                    made,
                 )
             )
     return scores
 
 
-def _joined(samples: list[_Sample]) -> _Sample:
-    return _Sample(*map(np.concatenate, zip(*samples, strict=True)))
+def _joined(samples: list[Sample]) -> Sample:
+    return Sample(*map(np.concatenate, zip(*samples, strict=True)))
 
 
-def _overlap(sample: _Sample) -> float:
+def _overlap(sample: Sample) -> float:
     near = sample.nearest < 2 * _BODY
     return float(near.mean()) if len(near) else 0.0
 
@@ -335,6 +347,11 @@ def _difference(one: Array, other: Array) -> float:
     return float(ks_2samp(one, other).statistic)
 
 
+def sample_of(windows: Sequence[Array]) -> Sample:
+    """Returns what the people of a recording do in the predicted time."""
+    return _joined([_sample(it, it[:, PAST:]) for it in windows])
+
+
 def recorded_overlap(windows: Sequence[Array]) -> float:
     """Returns the share of overlapping bodies in a recording: see `Score`."""
-    return _overlap(_joined([_sample(it, it[:, PAST:]) for it in windows]))
+    return _overlap(sample_of(windows))

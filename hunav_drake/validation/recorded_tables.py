@@ -8,7 +8,7 @@ import math
 import textwrap
 from typing import Any
 
-from hunav_drake.validation.recorded import Score
+from hunav_drake.validation.recorded import Sample, Score
 
 _GOALS = {
     "true": "told where each goes (the true end point and mean speed)",
@@ -86,13 +86,21 @@ def format_scores(scores: Sequence[Score], overlaps: dict[str, float]) -> str:
     return "\n".join([*lines, *textwrap.wrap(_LEGEND, 79)])
 
 
-def scores_markdown(scores: Sequence[Score], overlaps: dict[str, float]) -> str:
-    """Returns the scores as a page in Markdown, with the intervals."""
+def scores_markdown(
+    scores: Sequence[Score],
+    overlaps: dict[str, float],
+    pictures: dict[str, str],
+) -> str:
+    """Returns the scores as a page in Markdown, with the intervals.
+
+    `pictures` are the names of files with the distributions, by scene.
+    """
     lines = ["# Motion models against recorded people", "", _LEGEND, ""]
     scene_before = ""
     for scene, goal, own in _tables(scores):
         if scene != scene_before:
             lines += [f"## {scene}", ""]
+            lines += [f"![Distributions of {scene}]({pictures[scene]})", ""]
             scene_before = scene
         lines += [
             f"{own[0].people} paths, in which {100 * overlaps[scene]:.1f} %"
@@ -109,6 +117,8 @@ def scores_markdown(scores: Sequence[Score], overlaps: dict[str, float]) -> str:
 def _flat(score: Score) -> dict[str, Any]:
     row: dict[str, Any] = {}
     for name, value in score._asdict().items():
+        if isinstance(value, Sample):
+            continue
         if isinstance(value, tuple):
             ends = ("", "_low", "_high")
             row |= {f"{name}{e}": v for e, v in zip(ends, value, strict=True)}

@@ -150,6 +150,8 @@ def test_the_command_writes_tables(tmp_path, capsys):
     assert "lane: 6 paths" in told
     assert "constant_velocity" in told
     assert "| orca |" in page.read_text()
+    assert "](page_1.svg)" in page.read_text()
+    assert "<svg" in (tmp_path / "page_1.svg").read_text()
     rows = (tmp_path / "recorded.csv").read_text().splitlines()
     assert len(rows) == 1 + 4
     assert main([*words, "--json"]) == 0
