@@ -8,6 +8,7 @@ from .report.plots import (
     plot_distance_to_people as plot_distance_to_people,
     plot_forces as plot_forces,
     plot_robot_speed as plot_robot_speed,
+    plot_tracks as plot_tracks,
     plot_trajectories as plot_trajectories,
     plot_zones as plot_zones,
 )
@@ -35,8 +36,10 @@ from .scenario import (
     ScenarioError as ScenarioError,
 )
 from .systems.people import HumanConfig as HumanConfig
+from .systems.people.tracks import Tracks as Tracks
 from .systems.planning.planner_error import PlannerError as PlannerError
 from .systems.robot import AddBodyState as AddBodyState
+from .tracks.files import ReadTracks as ReadTracks, WriteTracks as WriteTracks
 from .trial.context_file import (
     LoadContext as LoadContext,
     SaveContext as SaveContext,
@@ -61,4 +64,6 @@ from .trial.simulation import (
     MakeTrialSimulator as MakeTrialSimulator,
     RunTrial as RunTrial,
 )
+from .validation.fitting import Fit as Fit, FitForces as FitForces
+from .validation.recorded import windows_of as windows_of
 from .views.film import FilmConfig as FilmConfig, RenderFilm as RenderFilm

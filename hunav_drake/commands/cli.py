@@ -39,6 +39,8 @@ _COMMANDS = {
     "check": ("scenarios", "check scenario files"),
     "schema": ("scenarios", "show the JSON schema of scenarios, for editors"),
     "import": ("scenarios", "convert an agents.yaml of HuNavSim to a scenario"),
+    "tracks": ("tracks", "show and convert recorded people"),
+    "fit": ("fit", "fit the weights of forces to recorded people"),
     "edit": ("edit", "edit a scenario in the browser"),
     "evaluate": ("metrics", "compute the metrics of a recording"),
     "metrics": ("metrics", "list and explain the metrics"),

@@ -159,6 +159,8 @@ EXAMPLES = {
     "check": "hunav check passing --set robot.radius=0.3",
     "schema": "hunav schema -o scenario.schema.json",
     "import": "hunav import agents.yaml --profile hunavsim -o mine.yaml",
+    "tracks": "hunav tracks zara01.txt --period 0.1 -o zara01.csv",
+    "fit": "hunav fit zara01.txt --free social_factor,gamma -o people.yaml",
     "new": "hunav new mine --template crossing",
     "evaluate": "hunav evaluate recording.npz --metrics goal path --json",
     "metrics": "hunav metrics",

@@ -206,7 +206,7 @@ def _print(
         print(how_it_ended(result))
         return
     print(FormatMetricsTable(result, headline_only=not options.all))
-    left = len(result.metrics) - len(headline_of(result.metrics))
+    left = len(result.tables.values) - len(headline_of(result.tables))
     if left and not options.all:
         print(f"\n{left} more metrics with --all")
     rate = result.end_time / elapsed

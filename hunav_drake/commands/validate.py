@@ -1,6 +1,7 @@
 """The command `hunav validate`."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
@@ -13,7 +14,9 @@ from hunav_drake.commands.options import (
 )
 
 if TYPE_CHECKING:
+    from hunav_drake.systems.common.arrays import Array
     from hunav_drake.validation.case import Outcome
+    from hunav_drake.validation.recorded import Predict, Score
 
 
 def add_validate_options(validate: argparse.ArgumentParser) -> None:
@@ -30,6 +33,14 @@ def add_validate_options(validate: argparse.ArgumentParser) -> None:
     )
     validate.add_argument(
         "--case", nargs="+", default=[], help="only these cases, by name"
+    )
+    validate.add_argument(
+        "--tracks",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="instead of cases, predict these recorded people (see `hunav"
+        " tracks`) and compare with constant velocity",
     )
     validate.add_argument(
         "--list", action="store_true", help="only list the cases"
@@ -79,6 +90,8 @@ def _validate(options: argparse.Namespace) -> int:
 
     with input_errors(ValueError):
         models = select_models(options.model)
+        if options.tracks:
+            return _judge(options, models)
         cases = select_cases(options.case)
     if options.list:
         width = max(map(len, cases))
@@ -111,6 +124,85 @@ def _validate(options: argparse.Namespace) -> int:
     for path in written:
         print(f"Wrote {path}", file=sys.stderr)
     return DONE
+
+
+def _judge(options: argparse.Namespace, models: list[str]) -> int:
+    """Predicts recorded people with motion models, and prints the scores."""
+    from hunav_drake.systems.common.files import atomic_write
+    from hunav_drake.systems.crowd import CrowdConfig
+    from hunav_drake.systems.crowd.models import MOTION_MODELS
+    from hunav_drake.validation.recorded import (
+        CrowdPrediction,
+        constant_velocity,
+        judge_recorded,
+        read_windows,
+        recorded_overlap,
+        sample_of,
+    )
+    from hunav_drake.validation.recorded_plots import draw_samples
+    from hunav_drake.validation.recorded_tables import (
+        format_scores,
+        scores_csv,
+        scores_json,
+        scores_markdown,
+    )
+
+    for name in ("case", "list", "quick", "seed"):
+        if getattr(options, name):
+            raise ValueError(f"--{name}: has no effect with --tracks; leave it")
+    if options.out is not None:
+        check_out(options.out, "")
+    if options.markdown is not None:
+        check_out(options.markdown.parent, "", "--markdown")
+    predictions: dict[str, Predict] = {"constant_velocity": constant_velocity}
+    for model in models:
+        config = CrowdConfig(model=MOTION_MODELS.make(model))
+        predictions[model] = CrowdPrediction(config)
+        if model == "social_force":
+            predictions["no social force"] = CrowdPrediction(
+                config, {"social_factor": 0.0}
+            )
+    scenes: dict[str, list[Array]] = {}
+    for file in options.tracks:
+        scenes[_scene_name(file, scenes)] = read_windows(file)
+    scores: list[Score] = []
+    with progress_bar("scenes") as (bar, _):
+        bar.total = len(scenes)
+        for scene, windows in scenes.items():
+            bar.set_description_str(scene)
+            scores += judge_recorded(scene, windows, predictions)
+            bar.update()
+    overlaps = {name: recorded_overlap(it) for name, it in scenes.items()}
+    texts = {}
+    if options.out is not None:
+        texts[options.out / "recorded.csv"] = scores_csv(scores)
+    if options.markdown is not None:
+        pictures = {}
+        for k, (scene, windows) in enumerate(scenes.items(), 1):
+            made = {
+                score.model: score.sample
+                for score in scores
+                if score.scene == scene and score.goal == "true"
+            }
+            pictures[scene] = f"{options.markdown.stem}_{k}.svg"
+            texts[options.markdown.with_name(pictures[scene])] = draw_samples(
+                sample_of(windows), made
+            )
+        texts[options.markdown] = scores_markdown(scores, overlaps, pictures)
+    for path, text in texts.items():
+        with atomic_write(path) as output:
+            output.write(text.encode())
+    print(
+        scores_json(scores) if options.json else format_scores(scores, overlaps)
+    )
+    for path in texts:
+        print(f"Wrote {path}", file=sys.stderr)
+    return DONE
+
+
+def _scene_name(file: Path, taken: Mapping[str, object]) -> str:
+    """Returns a name of a recording that no other has."""
+    return file.stem if file.stem not in taken else str(file)
 
 
 def _write(

@@ -33,7 +33,12 @@ from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.provenance import Provenance
-from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
+from hunav_drake.trial.result import (
+    EndReason,
+    MakeTrialResult,
+    MetricTables,
+    TrialResult,
+)
 
 Format = Literal["csv", "hunav"]
 
@@ -282,8 +287,13 @@ def _make_result(row: RunRow, recording: Recording) -> TrialResult:
         end_message=row.end_message,
         end_time=row.end_time,
     )
+    found, attrs = result.tables, row.attrs
+    own = found.evaluation._replace(values=row.metrics, units=attrs["units"])
     return dataclasses.replace(
-        result, metrics=row.metric_values(), setting=row.setting, tag=row.tag
+        result,
+        tables=MetricTables(own, found.evaluations_by_behavior, attrs),
+        setting=row.setting,
+        tag=row.tag,
     )
 
 

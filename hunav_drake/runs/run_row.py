@@ -12,7 +12,6 @@ from typing import (
     TypedDict,
 )
 
-import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.systems.common.plain_errors import message_of
@@ -20,6 +19,7 @@ from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.metric_facts import (
     FACTS,
+    Table,
     direction_of,
     facts_of,
     family_of,
@@ -30,7 +30,13 @@ from hunav_drake.trial.provenance import Provenance
 from hunav_drake.trial.result import EndReason, TrialResult
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from hunav_drake.systems.evaluation.recording import Recording
+else:
+    import lazy_loader
+
+    pd = lazy_loader.load("pandas")
 
 # The end reason of a run that raised an error.
 ERROR: Literal["error"] = "error"
@@ -116,12 +122,17 @@ class RunRow(NamedTuple):
         """The identity of a run in a suite."""
         return self.sha256, self.seed, self.repetition
 
-    def metric_values(self) -> pd.Series:
+    def metric_values(self) -> "pd.Series":
         """Returns the metrics by name, with facts about them in `attrs`."""
         series = pd.Series(self.metrics, dtype=float, name="value")
         series.index.name = "metric"
-        series.attrs |= table_facts(self.metrics, self.facts)
+        series.attrs |= self.attrs
         return series
+
+    @property
+    def attrs(self) -> dict[str, dict[str, str]]:
+        """The facts about its metrics, as the `attrs` of a table."""
+        return table_facts(self.metrics, self.facts)
 
 
 # The types of its fields, to check the rows of files. (mypy accepts only
@@ -201,9 +212,8 @@ def result_to_json(row: RunRow) -> str:
     """Returns a row as readable JSON, with the facts about each metric."""
     data = _plain(row)
     data.pop("facts", None)
-    metrics = row.metric_values()
     data["metrics"] = {
-        name: {"value": value, **_facts(metrics, name)}
+        name: {"value": value, **_facts(row, name)}
         for name, value in data["metrics"].items()
     }
     return json.dumps(data, indent=2, allow_nan=False)
@@ -291,7 +301,7 @@ def _complete(data: dict[str, Any]) -> None:
         data["end_time"] = math.nan
 
 
-def _facts(table: pd.Series, name: str) -> MetricFacts:
+def _facts(table: Table, name: str) -> MetricFacts:
     told: Any = {
         "unit": unit_of(table, name),
         "family": family_of(table, name),

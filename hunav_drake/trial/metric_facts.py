@@ -8,9 +8,7 @@ them. For metrics of this package, the registry takes precedence.
 from collections.abc import Iterable
 import functools
 import math
-from typing import Any
-
-import pandas as pd
+from typing import Any, Protocol
 
 from hunav_drake.systems.evaluation import metrics as built_in
 from hunav_drake.systems.evaluation.metrics import METRICS
@@ -48,7 +46,15 @@ _FRACTIONS = (
 )
 
 
-def headline_of(table: pd.Series | pd.DataFrame) -> list[str]:
+class Table(Protocol):
+    """A pandas table, or a `TrialResult`, with facts about its metrics."""
+
+    @property
+    def attrs(self) -> Any:
+        """By the name of a metric, its "units", "families" ...: see FACTS."""
+
+
+def headline_of(table: Table) -> list[str]:
     """Returns the headline metrics of a table, with all user-defined ones."""
     names = list(table.attrs.get(FACTS["unit"], {}))
     if len(names) <= _FEW:
@@ -77,17 +83,17 @@ def is_built_in(name: str) -> bool:
     return module.startswith(f"{built_in.__name__}.")
 
 
-def unit_of(table: pd.Series | pd.DataFrame, name: str) -> str:
+def unit_of(table: Table, name: str) -> str:
     """Returns the unit of a metric in a table; "" if it is unknown."""
     return _fact(table, name, "unit", "")
 
 
-def family_of(table: pd.Series | pd.DataFrame, name: str) -> str:
+def family_of(table: Table, name: str) -> str:
     """Returns the family of a metric; "other" if it is unknown."""
     return _fact(table, name, "family", "other")
 
 
-def direction_of(table: pd.Series | pd.DataFrame, name: str) -> str:
+def direction_of(table: Table, name: str) -> str:
     """Returns the better direction of a metric: "lower", "higher" or "none"."""
     return _fact(table, name, "direction", "none")
 
@@ -101,9 +107,7 @@ def bounds_of(name: str) -> tuple[float, float]:
     return 0.0, 1.0 if name in _FRACTIONS else math.inf
 
 
-def _fact(
-    table: pd.Series | pd.DataFrame, name: str, fact: str, unknown: str
-) -> str:
+def _fact(table: Table, name: str, fact: str, unknown: str) -> str:
     told = table.attrs.get(FACTS[fact], {})
     # A user-defined metric may have changed since the table was made.
     if name in METRICS and (is_built_in(name) or name not in told):

@@ -2,19 +2,22 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
+import math
 import textwrap
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 import warnings
 
-import pandas as pd
-
 from hunav_drake.systems.evaluation.compute import (
+    Evaluation,
+    behavior_table,
     evaluate,
     evaluate_by_behavior,
 )
 from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import (
+    FACTS,
     facts_of,
     family_of,
     headline_of,
@@ -22,6 +25,9 @@ from hunav_drake.trial.metric_facts import (
 )
 from hunav_drake.trial.provenance import Provenance
 from hunav_drake.trial.quantity_text import number_text, unit_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # "end" is for recordings of other programs, which do not give a reason;
 # "planner_failed" for a trial with a failing planner.
@@ -33,20 +39,70 @@ EndReason = Literal[
 _WIDTH = 80
 
 
+class MetricTables:
+    """The metrics of a trial, as tables that are made when first asked for.
+
+    They are made once, so that changes of a table count from then on.
+
+    Attributes:
+        evaluation: The metrics; NaN where one could not be computed.
+        evaluations_by_behavior: The metrics of each behavior, as if only its
+            people were present.
+        attrs: By name of a metric, its "units", "families" and "directions".
+    """
+
+    def __init__(
+        self,
+        evaluation: Evaluation,
+        evaluations_by_behavior: dict[str, Evaluation],
+        attrs: dict[str, dict[str, str]],
+    ) -> None:
+        """Constructs MetricTables: see the attributes."""
+        self.evaluation = evaluation
+        self.evaluations_by_behavior = evaluations_by_behavior
+        self.attrs = attrs
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The values by name: those of `metrics`."""
+        if "metrics" not in vars(self):
+            return self.evaluation.values
+        return {str(k): float(v) for k, v in self.metrics.items()}
+
+    @cached_property
+    def metrics(self) -> "pd.Series":
+        """See `TrialResult.metrics`."""
+        table = self.evaluation.table()
+        table.attrs |= self.attrs
+        return table
+
+    @cached_property
+    def steps(self) -> "pd.DataFrame":
+        """See `TrialResult.steps`."""
+        return self.evaluation.steps()
+
+    @cached_property
+    def by_behavior(self) -> "pd.DataFrame":
+        """See `TrialResult.by_behavior`."""
+        names = list(self.evaluation.values)
+        table = behavior_table(self.evaluations_by_behavior, names)
+        table.attrs |= self.attrs
+        return table
+
+    @cached_property
+    def steps_by_behavior(self) -> "dict[str, pd.DataFrame]":
+        """See `TrialResult.steps_by_behavior`."""
+        found = self.evaluations_by_behavior
+        return {behavior: it.steps() for behavior, it in found.items()}
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrialResult:
     """The result of a trial that has ended.
 
     Attributes:
         scenario_name: The name of the scenario.
-        metrics: The values by name; in `attrs`, by name, their "units",
-            "families" and "directions".
-        steps: A row per sample, indexed by time in seconds, and a column per
-            metric with a time series.
-        by_behavior: A row per behavior, with the metrics as if only the
-            people of that behavior were present.
-        steps_by_behavior: The steps for each behavior, with a column
-            `behavior_active`, which is 1 or 0.
+        tables: The metrics.
         recording: The recording of the trial.
         provenance: The origin of the result: see `MakeProvenance`.
         end_reason: Why the trial ended.
@@ -60,10 +116,7 @@ class TrialResult:
     """
 
     scenario_name: str
-    metrics: pd.Series
-    steps: pd.DataFrame
-    by_behavior: pd.DataFrame
-    steps_by_behavior: dict[str, pd.DataFrame]
+    tables: MetricTables
     recording: Recording
     provenance: Provenance
     end_reason: EndReason
@@ -71,6 +124,29 @@ class TrialResult:
     end_time: float
     setting: str = ""
     tag: str = ""
+
+    @property
+    def metrics(self) -> "pd.Series":
+        """The values by name.
+
+        By name, its `attrs` have their "units", "families" and "directions".
+        """
+        return self.tables.metrics
+
+    @property
+    def steps(self) -> "pd.DataFrame":
+        """The series of the metrics that have one: see `compute_steps`."""
+        return self.tables.steps
+
+    @property
+    def by_behavior(self) -> "pd.DataFrame":
+        """The metrics of each behavior, as if only its people were present."""
+        return self.tables.by_behavior
+
+    @property
+    def steps_by_behavior(self) -> "dict[str, pd.DataFrame]":
+        """The series by behavior, with a column `behavior_active` (1 or 0)."""
+        return self.tables.steps_by_behavior
 
 
 def MakeTrialResult(
@@ -102,25 +178,22 @@ def MakeTrialResult(
         ValueError: If a name is unknown.
     """
     names = [metric.name for metric in select_metrics(metric_names)]
-    metrics, steps = _without_failures(
-        lambda some: evaluate(recording, some), names
-    )
+    found = _without_failures(lambda some: evaluate(recording, some), names)
     # Metrics that failed for all people are not tried again.
-    by_behavior, steps_by_behavior = _without_failures(
+    by_behavior = _without_failures(
         lambda some: evaluate_by_behavior(recording, some),
-        list(metrics.index),
+        list(found.values),
         " by behavior",
     )
-    metrics = metrics.reindex(names)
-    by_behavior = by_behavior.reindex(columns=names)
-    metrics.attrs |= facts_of(names)
-    by_behavior.attrs |= facts_of(names)
+    values = {name: found.values.get(name, math.nan) for name in names}
+    attrs = facts_of(names)
     return TrialResult(
         scenario_name=scenario_name,
-        metrics=metrics,
-        steps=steps,
-        by_behavior=by_behavior,
-        steps_by_behavior=steps_by_behavior,
+        tables=MetricTables(
+            found._replace(values=values, units=attrs[FACTS["unit"]]),
+            by_behavior,
+            attrs,
+        ),
         recording=recording,
         provenance=dict(provenance),
         end_reason=end_reason,
@@ -129,9 +202,9 @@ def MakeTrialResult(
     )
 
 
-def _without_failures[Tables](
-    compute: Callable[[list[str]], Tables], names: list[str], how: str = ""
-) -> Tables:
+def _without_failures[Found](
+    compute: Callable[[list[str]], Found], names: list[str], how: str = ""
+) -> Found:
     """Returns the metrics that can be computed, and warns of the others."""
     try:
         return compute(names)
@@ -159,20 +232,20 @@ def FormatMetricsTable(
     line is longer than 80 characters. With `headline_only`, the table has the
     headline metrics only, without families.
     """
-    names = [str(name) for name in result.metrics.index]
+    values = result.tables.values
     families: dict[str, list[str]] = {}
     if headline_only:
-        families[""] = headline_of(result.metrics)
+        families[""] = headline_of(result.tables)
     else:
-        for name in names:
-            family = family_of(result.metrics, name)
+        for name in values:
+            family = family_of(result.tables, name)
             families.setdefault(family, []).append(name)
     lines = _heading(result)
     for family, members in families.items():
         lines += ["", family] if family else [""]
         for name in members:
-            unit = unit_of(result.metrics, name)
-            value = _align(number_text(float(result.metrics[name]), unit))
+            unit = unit_of(result.tables, name)
+            value = _align(number_text(values[name], unit))
             line = f"  {name:<36} {value} {unit_text(unit)}".rstrip()
             lines.append(_shorten(line))
     return "\n".join(lines)

@@ -1,17 +1,64 @@
 """Metrics and people of a recording as pandas tables."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pandas as pd
 
-from hunav_drake.systems.evaluation.metrics import Metric, select_metrics
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    import lazy_loader
+
+    # A trial whose tables nobody asks for need not load it.
+    pd = lazy_loader.load("pandas")
+
+
+class Evaluation(NamedTuple):
+    """The metrics of a recording.
+
+    Attributes:
+        times: The times of the samples, in seconds.
+        values: The values by name.
+        series: By name, a number per sample, of the metrics that have one.
+        units: The units by name.
+    """
+
+    times: Array
+    values: dict[str, float]
+    series: dict[str, Array]
+    units: dict[str, str]
+
+    def table(self) -> "pd.Series":
+        """Returns the values; their units are in `attrs["units"]`."""
+        table = pd.Series(self.values, dtype=float, name="value")
+        table.index.name = "metric"
+        table.attrs["units"] = {name: self.units[name] for name in self.values}
+        return table
+
+    def steps(self) -> "pd.DataFrame":
+        """Returns the series, as `compute_steps` does."""
+        data = (
+            np.column_stack(list(self.series.values())) if self.series else None
+        )
+        frame = pd.DataFrame(
+            data,
+            index=pd.Index(self.times, name="time"),
+            columns=list(self.series),
+            dtype=float,
+        )
+        frame.attrs["units"] = {name: self.units[name] for name in self.series}
+        return frame
 
 
 def compute_metrics(
     recording: Recording, names: Iterable[str] = ("all",)
-) -> pd.Series:
+) -> "pd.Series":
     """Returns the values of metrics.
 
     Args:
@@ -24,12 +71,12 @@ def compute_metrics(
     Raises:
         ValueError: If a name is unknown.
     """
-    return evaluate(recording, names)[0]
+    return evaluate(recording, names).table()
 
 
 def compute_steps(
     recording: Recording, names: Iterable[str] = ("all",)
-) -> pd.DataFrame:
+) -> "pd.DataFrame":
     """Returns the series of the metrics that have one.
 
     Takes and raises the same as `compute_metrics`.
@@ -38,12 +85,12 @@ def compute_steps(
         A row per sample, indexed by the time in seconds, and a column per
         metric; the units by name are in `attrs["units"]`.
     """
-    return evaluate(recording, names)[1]
+    return evaluate(recording, names).steps()
 
 
 def compute_by_behavior(
     recording: Recording, names: Iterable[str] = ("all",)
-) -> pd.DataFrame:
+) -> "pd.DataFrame":
     """Returns the metrics by behavior, from the people of that behavior alone.
 
     Takes and raises the same as `compute_metrics`.
@@ -52,65 +99,62 @@ def compute_by_behavior(
         A row per behavior present, in the order of its first person, and a
         column per metric; the units are in `attrs["units"]`.
     """
-    return evaluate_by_behavior(recording, names)[0]
+    names = [metric.name for metric in select_metrics(names)]
+    table = behavior_table(evaluate_by_behavior(recording, names), names)
+    table.attrs["units"] = {name: METRICS[name].unit for name in names}
+    return table
 
 
 def evaluate(
     recording: Recording, names: Iterable[str] = ("all",)
-) -> tuple[pd.Series, pd.DataFrame]:
-    """Returns the values of metrics and their series."""
+) -> Evaluation:
+    """Computes metrics. Takes and raises the same as `compute_metrics`."""
     metrics = select_metrics(names)
     results = {m.name: m.compute(recording) for m in metrics}
-    values = {name: value for name, (value, _) in results.items()}
-    series = {name: s for name, (_, s) in results.items() if s is not None}
-    table = pd.Series(values, dtype=float, name="value")
-    table.index.name = "metric"
-    table.attrs["units"] = _units(metrics)
-    data = np.column_stack(list(series.values())) if series else None
-    frame = pd.DataFrame(
-        data,
-        index=pd.Index(recording.times, name="time"),
-        columns=list(series),
-        dtype=float,
+    return Evaluation(
+        recording.times,
+        {name: float(value) for name, (value, _) in results.items()},
+        {name: s for name, (_, s) in results.items() if s is not None},
+        {m.name: m.unit for m in metrics},
     )
-    frame.attrs["units"] = {m.name: m.unit for m in metrics if m.name in series}
-    return table, frame
 
 
 def evaluate_by_behavior(
     recording: Recording, names: Iterable[str] = ("all",)
-) -> tuple[pd.DataFrame, dict[str, pd.DataFrame]]:
-    """Returns the values of metrics by behavior and their series.
+) -> dict[str, Evaluation]:
+    """Computes metrics by behavior, as `compute_by_behavior` does.
 
-    The frames of series have another column: `behavior_active` is 1 while any
-    person of that behavior reacts to the robot.
+    There is another series: `behavior_active` is 1 while any person of that
+    behavior reacts to the robot.
     """
-    metrics = select_metrics(names)
-    rows = {}
-    frames = {}
+    names = [metric.name for metric in select_metrics(names)]
+    found = {}
     for behavior in dict.fromkeys(recording.behaviors):
         part = recording.only(behavior)
-        values, steps = evaluate(part, [m.name for m in metrics])
-        rows[behavior] = values.to_numpy()
+        own = evaluate(part, names)
         active = np.asarray(part.behavior_status) != 0
-        steps["behavior_active"] = active.any(axis=1).astype(float)
-        steps.attrs["units"] |= {"behavior_active": "-"}
-        frames[behavior] = steps
-    table = pd.DataFrame(
-        list(rows.values()),
-        index=pd.Index(list(rows), name="behavior", dtype=object),
-        columns=[m.name for m in metrics],
+        own.series["behavior_active"] = active.any(axis=1).astype(float)
+        own.units["behavior_active"] = "-"
+        found[behavior] = own
+    return found
+
+
+def behavior_table(
+    found: Mapping[str, Evaluation], names: Sequence[str]
+) -> "pd.DataFrame":
+    """Returns the values by behavior, NaN for metrics that have none."""
+    return pd.DataFrame(
+        [
+            [it.values.get(name, math.nan) for name in names]
+            for it in found.values()
+        ],
+        index=pd.Index(list(found), name="behavior", dtype=object),
+        columns=list(names),
         dtype=float,
     )
-    table.attrs["units"] = _units(metrics)
-    return table, frames
 
 
-def _units(metrics: list[Metric]) -> dict[str, str]:
-    return {m.name: m.unit for m in metrics}
-
-
-def count_people(recording: Recording) -> pd.DataFrame:
+def count_people(recording: Recording) -> "pd.DataFrame":
     """Counts the people of a recording over time.
 
     Arrivals and departures between two samples count at the later one. A person

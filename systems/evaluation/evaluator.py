@@ -23,8 +23,6 @@ from hunav_drake.systems.common.layout import (
     STATE_SIZE,
     YAW,
     Contact,
-    X,
-    Y,
     is_outside,
 )
 from hunav_drake.systems.common.ports import weakly
@@ -306,7 +304,9 @@ class Evaluator(LeafSystem):
         """Returns the rows of people, NaN for people outside."""
         humans: Array = self._human_states.Eval(context)
         rows = humans.reshape(-1, STATE_SIZE)
-        rows[is_outside(rows)] = np.nan
+        outside = is_outside(rows)
+        if outside.any():
+            rows[outside] = np.nan
         return humans
 
     def _TakeSample(self, context: Context, state: State) -> None:
@@ -371,7 +371,7 @@ class Evaluator(LeafSystem):
         goal = self._EvalGoal(context) if self._config.stop_at_goal else None
         return goal is not None and bool(
             is_at_goal(
-                tuple(sample.robot[[X, Y, YAW]].tolist()),
+                tuple(sample.robot[: YAW + 1].tolist()),
                 goal,
                 tolerance=self._static["goal_tolerance"],
                 yaw_tolerance=self._static["goal_yaw_tolerance"],

@@ -63,7 +63,7 @@ class Sample:
             if (
                 self.contacts is not None
                 and before.contacts is not None
-                and np.array_equal(self.contacts, before.contacts)
+                and self.contacts.tobytes() == before.contacts.tobytes()
             ):
                 self.contacts = before.contacts
 

@@ -145,10 +145,10 @@ class TrialMonitor(LeafSystem):
     def _EvalStatus(self, context: Context) -> TrialStatus:
         if not self._goal.HasValue(context):
             return TrialStatus.RUNNING
-        robot = self._robot_state.Eval(context).tolist()
+        robot = self._robot_state.EvalBasicVector(context).value().tolist()
         if is_at_goal(
             (robot[X], robot[Y], robot[YAW]),
-            self._goal.Eval(context).tolist(),
+            self._goal.EvalBasicVector(context).value().tolist(),
             tolerance=self._goal_tolerance,
             yaw_tolerance=self._goal_yaw_tolerance,
         ):
@@ -167,7 +167,7 @@ class TrialMonitor(LeafSystem):
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         # (Drake converts an array in half the time of a list.)
         discrete_state.set_value(self._updated, np.array([context.get_time()]))
-        robot = self._robot_state.Eval(context).tolist()
+        robot = self._robot_state.EvalBasicVector(context).value().tolist()
         state = context.get_discrete_state(self._state).value().tolist()
         near_x, near_y, _, known = state
         moved = math.hypot(near_x - robot[X], near_y - robot[Y])

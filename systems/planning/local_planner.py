@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 
+import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
@@ -268,9 +269,9 @@ class LocalPlanner(LeafSystem):
         if self._IsDue(context):
             keeps = self._decision is not None
             plan = self._Decided(context) if keeps else self._Plan(context)
-            discrete_state.set_value(
-                self._state, [plan.v, plan.omega, plan.status]
-            )
+            # (Drake converts an array in half the time of a list.)
+            row = np.array([plan.v, plan.omega, plan.status])
+            discrete_state.set_value(self._state, row)
 
 
 def _scan_size(planner: PurePlanner, task: PlanningTask) -> int:

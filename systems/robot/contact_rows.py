@@ -1,8 +1,13 @@
-"""Counts contacts between a robot and people, as rows of `layout.Contact`."""
+"""Counts contacts between a robot and people, compiled by numba.
 
-import numpy as np
+They are rows of `layout.Contact`.
+"""
 
-from hunav_drake.systems.common.arrays import Array, Mask
+import math
+
+import numba
+
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit_as
 from hunav_drake.systems.common.layout import (
     CONTACT_GAP,
     CONTACT_PAUSE,
@@ -20,14 +25,13 @@ SINCE, ROBOT_SPEED, PERSON_SPEED = range(CONTACT_SIZE, CONTACT_SIZE + 3)
 MEMORY_SIZE = CONTACT_SIZE + 3
 
 
-def count_contacts(
-    memory: Array,
-    touching: Mask,
-    forces: Array | None,
-    gaps: Array,
-    closing: Array,
-    duration: float,
-) -> Array:
+# The types of arrays that are written to, and of one truth per person.
+_ROWS = numba.float64[:, ::1]
+TRUTHS = numba.types.Array(numba.boolean, 1, "C", readonly=True)
+
+
+@jit_as(_ROWS, MATRIX, TRUTHS, MATRIX, VECTOR, MATRIX, REAL)
+def count_contacts(memory, touching, forces, gaps, closing, duration):
     """Returns the memory of contacts, rows of `MEMORY_SIZE`, after a step.
 
     A new contact is attributed to the one who approached faster, or to both if
@@ -39,35 +43,41 @@ def count_contacts(
     one of the two.
 
     `touching` (n,) is for this step; `forces` (n, 2) are those of people on the
-    robot in W, in newtons, None if they are not computed; `gaps` (n,), in
+    robot in W, in newtons, (0, 2) if they are not computed; `gaps` (n,), in
     meters, and `closing` (2, n), the `closing_speeds`, are those at the start
     of the step; `duration` is its length, in seconds.
     """
-    lasted = memory[:, Contact.LASTS] > 0
-    if not (touching.any() or lasted.any()):
-        return memory
     after = memory.copy()
-    stay = touching | (lasted & (gaps < CONTACT_GAP))
-    after[:, SINCE] = np.where(stay, 0.0, memory[:, SINCE] + duration)
-    lasts = stay | (lasted & (after[:, SINCE] < CONTACT_PAUSE))
-    after[:, Contact.LASTS] = lasts
-    begins = touching & ~lasted
-    if begins.any():
-        late = memory[:, ROBOT_SPEED], memory[:, PERSON_SPEED]
-        a, b = np.maximum(np.maximum(late, closing), 0.0)
-        after[:, Contact.BY_ROBOT] += begins & (a >= b - SPEED_RESOLUTION)
-        after[:, Contact.BY_PERSON] += begins & (b >= a - SPEED_RESOLUTION)
-        # (Both speeds of the same instant, as one may recede from the other.)
-        speed = np.maximum(closing[0] + closing[1], late[0] + late[1])
-        after[begins, Contact.RELATIVE_SPEED] = np.maximum(speed, 0)[begins]
-        after[begins, Contact.PEAK_FORCE] = 0.0
-    if forces is not None:
-        size = np.hypot(forces[:, 0], forces[:, 1])
-        after[:, Contact.FORCE_X : Contact.FORCE_Y + 1] = forces
-        after[:, Contact.PEAK_FORCE] = np.where(
-            touching,
-            np.maximum(after[:, Contact.PEAK_FORCE], size),
-            after[:, Contact.PEAK_FORCE],
-        )
-        after[:, Contact.IMPULSE] += size * duration
+    some = False
+    for i in range(len(memory)):
+        some = some or touching[i] or memory[i, Contact.LASTS] > 0
+    if not some:
+        return after
+    for i in range(len(memory)):
+        row = after[i]
+        lasted = row[Contact.LASTS] > 0
+        stays = touching[i] or (lasted and gaps[i] < CONTACT_GAP)
+        row[SINCE] = 0.0 if stays else row[SINCE] + duration
+        lasts = stays or (lasted and row[SINCE] < CONTACT_PAUSE)
+        row[Contact.LASTS] = 1.0 if lasts else 0.0
+        if touching[i] and not lasted:
+            a = max(row[ROBOT_SPEED], closing[0, i], 0.0)
+            b = max(row[PERSON_SPEED], closing[1, i], 0.0)
+            row[Contact.BY_ROBOT] += a >= b - SPEED_RESOLUTION
+            row[Contact.BY_PERSON] += b >= a - SPEED_RESOLUTION
+            # (Both speeds of the same instant, as one may recede from the
+            # other.)
+            row[Contact.RELATIVE_SPEED] = max(
+                closing[0, i] + closing[1, i],
+                row[ROBOT_SPEED] + row[PERSON_SPEED],
+                0.0,
+            )
+            row[Contact.PEAK_FORCE] = 0.0
+        if len(forces):
+            size = math.hypot(forces[i, 0], forces[i, 1])
+            row[Contact.FORCE_X] = forces[i, 0]
+            row[Contact.FORCE_Y] = forces[i, 1]
+            if touching[i]:
+                row[Contact.PEAK_FORCE] = max(row[Contact.PEAK_FORCE], size)
+            row[Contact.IMPULSE] += size * duration
     return after

@@ -1,5 +1,6 @@
 """A kinematic differential-drive robot."""
 
+from dataclasses import astuple
 import math
 
 import numpy as np
@@ -13,26 +14,18 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
-from hunav_drake.systems.common.layout import (
-    CONTACT_SIZE,
-    MOTION_SIZE,
-    STATE_SIZE,
-    Contact,
-    X,
-    Y,
+from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
+from hunav_drake.systems.crowd.walls.keep_out import LEANING, LEAST_MARGIN
+from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE
+from hunav_drake.systems.robot.disc_step import (
+    STATE,
+    STATE_AND_LOST,
+    drive_disc,
 )
-from hunav_drake.systems.common.poses import wrap_angle
-from hunav_drake.systems.crowd.walls.keep_out import (
-    LEANING,
-    LEAST_MARGIN,
-    keep_out_of_walls,
-)
-from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE, count_contacts
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.robot.robot_driver import next_velocity
-from hunav_drake.systems.world.obstacles import Obstacles, nearest_wall
+from hunav_drake.systems.robot.robot_driver import get_command
+from hunav_drake.systems.world.obstacles import Obstacles
 
 
 class DifferentialDrive(LeafSystem):
@@ -84,8 +77,8 @@ class DifferentialDrive(LeafSystem):
         super().__init__()
         self._time_step = check_time_step(time_step)
         self._radius = config.radius
-        self._margin = np.array([max(config.radius - LEANING, LEAST_MARGIN)])
-        self._limits = config.limits
+        self._margin = max(config.radius - LEANING, LEAST_MARGIN)
+        self._limits = np.array(astuple(config.limits))
         self._obstacles = obstacles or Obstacles.from_shapes([], solid=[])
         self._walls_stop = walls_stop
 
@@ -140,70 +133,17 @@ class DifferentialDrive(LeafSystem):
         output.SetFromVector(row)
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        state = context.get_discrete_state(self._state).value()
-        x, y, yaw, *velocity = state.tolist()
-        dt = self._time_step
-        v, omega = next_velocity(
-            *(self, context, self._velocity_command, velocity),
-            *(self._limits, dt),
+        after = drive_disc(
+            context.get_discrete_state(self._state).value(),
+            get_command(self, context, self._velocity_command),
+            *(self._limits, self._time_step, self._margin, self._radius),
+            self._walls_stop,
+            context.get_discrete_state(self._memory).value(),
+            self._obstacles.table,
         )
-        turn = omega * dt
-        # The chord of the arc: its length is that of the arc times sin(turn/2)
-        # / (turn/2), and it points along the heading at half the turn.
-        half = turn / 2
-        chord = v * dt * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-        start = np.array([x, y])
-        x += chord * math.cos(yaw + half)
-        y += chord * math.sin(yaw + half)
-        yaw = wrap_angle(yaw + turn)
-        if len(self._obstacles):
-            place = self._MeetWalls(
-                context, discrete_state, start, np.array([x, y])
-            )
-            lost = np.zeros(2)
-            if self._walls_stop and (place != (x, y)).any():
-                x, y = place.tolist()
-                lost += [v * math.cos(yaw), v * math.sin(yaw)]
-                # (A robot that is moved out of a wall is at rest.)
-                if math.dist(place, start) <= abs(chord) * (1 + 1e-9):
-                    lost -= (place - start) / dt
-            discrete_state.set_value(self._lost, lost)
-        discrete_state.set_value(self._state, np.array([x, y, yaw, v, omega]))
-
-    def _MeetWalls(
-        self,
-        context: Context,
-        discrete_state: DiscreteValues,
-        start: Array,
-        end: Array,
-    ) -> Array:
-        """Counts contacts in a step; returns the position that walls allow."""
-        before = np.zeros((1, MOTION_SIZE))
-        after = before.copy()
-        before[0, : Y + 1] = start
-        after[0, : Y + 1] = end
-        place: Array = keep_out_of_walls(
-            before, after, self._margin, self._obstacles.table
-        )[0, : Y + 1]
-        stopped = (place != end).any()
-        memory = context.get_discrete_state(self._memory).CopyToVector()
-        if stopped or memory[Contact.LASTS]:
-            gap = math.dist(start, nearest_wall(self._obstacles, start))
-            gap -= self._radius
-            # The speed into the wall, at any distance from it.
-            into, way = (end - place).tolist(), (end - start).tolist()
-            speed = into[X] * way[X] + into[Y] * way[Y]
-            speed /= max(math.hypot(*into), 1e-12) * self._time_step
-            memory = count_contacts(
-                memory[None],
-                np.array([stopped]),
-                None,
-                np.array([gap]),
-                np.array([[max(speed, 0.0)], [0.0]]),
-                self._time_step,
-            )
-            discrete_state.set_value(self._memory, memory.ravel())
-        return place
+        discrete_state.set_value(self._state, after[:STATE])
+        discrete_state.set_value(self._lost, after[STATE:STATE_AND_LOST])
+        discrete_state.set_value(self._memory, after[STATE_AND_LOST:])
 
     def _CalcWallContact(self, context: Context, output: BasicVector) -> None:
         memory = context.get_discrete_state(self._memory).value()

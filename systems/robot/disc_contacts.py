@@ -19,13 +19,10 @@ from hunav_drake.systems.common.layout import (
     TOUCH_SIZE,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.contact_rows import (
-    MEMORY_SIZE,
-    PERSON_SPEED,
-    ROBOT_SPEED,
-    count_contacts,
-)
-from hunav_drake.systems.robot.discs import closing_speeds, gaps
+from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE
+from hunav_drake.systems.robot.discs import touch_discs
+
+_NO_TOUCHES = np.zeros((0, TOUCH_SIZE))
 
 
 class DiscContacts(LeafSystem):
@@ -111,21 +108,20 @@ class DiscContacts(LeafSystem):
         output.SetFromVector(rows.ravel())
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        robot = self._robot_state.Eval(context)
-        humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
-        memory = context.get_discrete_state(self._memory).CopyToVector()
-        memory = memory.reshape(-1, MEMORY_SIZE)
-        gap = gaps(robot, humans, self._bodies)
-        closing = closing_speeds(robot, humans)
-        touching = gap < 0
-        met = closing.copy()
-        if self._robot_touches.HasValue(context):
-            touches = self._robot_touches.Eval(context).reshape(-1, TOUCH_SIZE)
-            touching |= touches[:, 0] > 0
-            # (In the step itself: people change their velocities instantly.)
-            met[1] = touches[:, 1]
-        after = count_contacts(
-            memory, touching, None, gap, met, self._time_step
+        # Views: Eval() would copy the states.
+        touches = self._robot_touches
+        after = touch_discs(
+            self._robot_state.EvalBasicVector(context).value(),
+            self._human_states.EvalBasicVector(context)
+            .value()
+            .reshape(-1, STATE_SIZE),
+            self._bodies,
+            touches.EvalBasicVector(context).value().reshape(-1, TOUCH_SIZE)
+            if touches.HasValue(context)
+            else _NO_TOUCHES,
+            context.get_discrete_state(self._memory)
+            .value()
+            .reshape(-1, MEMORY_SIZE),
+            self._time_step,
         )
-        after[:, ROBOT_SPEED], after[:, PERSON_SPEED] = closing
         discrete_state.set_value(self._memory, after.ravel())

@@ -1,12 +1,17 @@
-"""Gaps and approach speeds of a robot and people, compiled by numba."""
+"""Gaps, approach speeds and contacts of discs, compiled by numba."""
 
 import math
 
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import MATRIX, VECTOR, jit_as
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit_as
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.robot.contact_rows import (
+    PERSON_SPEED,
+    ROBOT_SPEED,
+    count_contacts,
+)
 
 
 @jit_as(float64[:, ::1], VECTOR, MATRIX)
@@ -43,3 +48,26 @@ def gaps(robot, humans, bodies):
         gap = distance - (robot[RADIUS] + bodies[i])
         result[i] = math.inf if math.isnan(gap) else gap
     return result
+
+
+@jit_as(float64[:, ::1], VECTOR, MATRIX, VECTOR, MATRIX, MATRIX, REAL)
+def touch_discs(robot, humans, bodies, touches, memory, duration):
+    """Returns the memory of contacts after a step: see `count_contacts`.
+
+    `touches` has a row of port ``robot_touches`` of a `HumanCrowd` per person,
+    or none: people who would otherwise overlap with the robot touch it, too.
+    """
+    gap = gaps(robot, humans, bodies)
+    closing = closing_speeds(robot, humans)
+    touching = gap < 0
+    met = closing.copy()
+    for i in range(len(touches)):
+        touching[i] = touching[i] or touches[i, 0] > 0
+        # (In the step itself: people change their velocities instantly.)
+        met[1, i] = touches[i, 1]
+    nothing = np.empty((0, 2))
+    after = count_contacts(memory, touching, nothing, gap, met, duration)
+    for i in range(len(after)):
+        after[i, ROBOT_SPEED] = closing[0, i]
+        after[i, PERSON_SPEED] = closing[1, i]
+    return after

@@ -1,8 +1,10 @@
 """The velocity controller of a robot in a plant."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import astuple
 import math
 
+import numpy as np
 from pydrake.systems.framework import (
     Context,
     DiscreteValues,
@@ -11,7 +13,9 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW
+from hunav_drake.systems.robot.disc_step import next_velocity
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
 # A function from a speed v in m/s, a turn rate in rad/s and a heading in rad to
@@ -59,7 +63,7 @@ class RobotDriver(LeafSystem):
         seconds.
         """
         super().__init__()
-        self._limits = limits
+        self._limits = np.array(astuple(limits))
         self._motor_speeds = motor_speeds
         self._held_places = list(held_places)
         self._period = period
@@ -94,13 +98,12 @@ class RobotDriver(LeafSystem):
         return self._desired_state
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        before = context.get_discrete_state(self._speeds).value().tolist()
+        before = context.get_discrete_state(self._speeds).value()
         period = self._period
-        v, omega = next_velocity(
-            *(self, context, self._velocity_command, before),
-            *(self._limits, period),
-        )
-        if self._robot_state is None and [v, omega] == before:
+        wanted = get_command(self, context, self._velocity_command)
+        speeds_after = next_velocity(before, wanted, self._limits, period)
+        v, omega = speeds_after.tolist()
+        if self._robot_state is None and [v, omega] == before.tolist():
             return
         yaw = 0.0
         if self._robot_state is not None:
@@ -109,48 +112,24 @@ class RobotDriver(LeafSystem):
             yaw += 1.5 * omega * period
         speeds = self._motor_speeds(v, omega, yaw)
         discrete_state.set_value(self._motors, [*self._held_places, *speeds])
-        discrete_state.set_value(self._speeds, [v, omega])
+        discrete_state.set_value(self._speeds, speeds_after)
 
 
-def next_velocity(
-    system: LeafSystem,
-    context: Context,
-    command: InputPort,
-    velocity: Sequence[float],
-    limits: RobotLimits,
-    dt: float,
-) -> tuple[float, float]:
-    """Returns (v, omega) after a step towards a command within limits.
+def get_command(
+    system: LeafSystem, context: Context, command: InputPort
+) -> Array:
+    """Returns the commanded (v, omega), a view.
 
     Raises:
-        RuntimeError: If the command is not finite.
+        RuntimeError: If it is not finite.
     """
-    wanted_v, wanted_omega = command.Eval(context).tolist()
-    if not (math.isfinite(wanted_v) and math.isfinite(wanted_omega)):
+    # (Eval() would copy it.)
+    wanted: Array = command.EvalBasicVector(context).value()
+    v, omega = wanted.tolist()
+    if not (math.isfinite(v) and math.isfinite(omega)):
         raise RuntimeError(
             f"{system.GetSystemPathname()}, t = {context.get_time():.3f} s:"
-            f" velocity_command must be finite, got ({wanted_v},"
-            f" {wanted_omega}). Look at the planner that gives it."
+            f" velocity_command must be finite, got ({v}, {omega}). Look at"
+            " the planner that gives it."
         )
-    v, omega = velocity
-    return (
-        _approach(
-            v,
-            _clip(wanted_v, -limits.max_reverse_speed, limits.max_speed),
-            limits.max_acceleration * dt,
-        ),
-        _approach(
-            omega,
-            _clip(wanted_omega, -limits.max_turn_rate, limits.max_turn_rate),
-            limits.max_turn_acceleration * dt,
-        ),
-    )
-
-
-def _clip(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
-
-
-def _approach(value: float, target: float, most: float) -> float:
-    """Returns the value moved towards the target by at most `most`."""
-    return value + _clip(target - value, -most, most)
+    return wanted

@@ -35,15 +35,15 @@ NUMPY_MOST = 2000
 TARGETS = {5: 1, 20: 3, 100: 8, 200: 10, 1000: 20}
 
 
-def walking_states(n: int) -> np.ndarray:
+def walking_states(n: int, density: float = DENSITY) -> np.ndarray:
     """Returns people at random places, shape (n, 6)."""
-    states: np.ndarray = random_states(n, density=DENSITY, slowest=0.5)
+    states: np.ndarray = random_states(n, density=density, slowest=0.5)
     return states
 
 
-def walking_snapshot(n: int) -> Snapshot:
+def walking_snapshot(n: int, density: float = DENSITY) -> Snapshot:
     """Returns a crowd that wants to go straight on."""
-    states = walking_states(n)
+    states = walking_states(n, density)
     snapshot: Snapshot = make_snapshot(
         states,
         states[:, :2] + 50 * states[:, 3:5],
@@ -98,11 +98,11 @@ def print_models() -> None:
         )
 
 
-def drake_step(snapshot: Snapshot) -> float:
+def drake_step(snapshot: Snapshot, config: CrowdConfig | None = None) -> float:
     """Returns the seconds of a step of a HumanCrowd with given commands."""
     n = len(snapshot.states)
     humans = [HumanConfig(pose=(0, 0, 0))] * n
-    crowd = HumanCrowd(humans, num_robots=0, time_step=TIME_STEP)
+    crowd = HumanCrowd(humans, config=config, num_robots=0, time_step=TIME_STEP)
     context = crowd.CreateDefaultContext()
     context.SetDiscreteState(0, snapshot.states.ravel())
     crowd.get_commands_input_port().FixValue(context, snapshot.command.ravel())

@@ -8,6 +8,8 @@ import pstats
 import time
 import timeit
 
+import numpy as np
+
 from hunav_drake import (
     LoadScenario,
     MakeTrialDiagram,
@@ -20,9 +22,28 @@ from hunav_drake.trial.simulation import GetTrialResult
 DURATION = 60.0
 
 
-def sixty_seconds(name: str) -> Scenario:
-    """Returns a shipped scenario with a goal that is not reached in time."""
+# Scenarios, and how many people are in them, as many as they have and more.
+TRIALS = (("passing", 2), ("cafe", 5), ("office", 12), ("cafe", 20))
+
+
+def sixty_seconds(
+    name: str, people: int | None = None, planner: str = "pursuit"
+) -> Scenario:
+    """Returns a shipped scenario with a goal that is not reached in time.
+
+    People beyond its own start, and have goals, anywhere among these.
+    """
     scenario = LoadScenario(filename=name)
+    overrides = [f"planner.type={planner}"]
+    more = (people or 0) - len(scenario.humans)
+    if more > 0:
+        places = np.array([human.pose[:2] for human in scenario.humans])
+        area = [*places.min(axis=0).tolist(), *places.max(axis=0).tolist()]
+        cohort = (
+            f"{{name: more, number: {more}, start: [{{rectangle: {area}}}]}}"
+        )
+        overrides.append(f"population.cohorts=[{cohort}]")
+    scenario = LoadScenario(filename=name, overrides=overrides)
     return dataclasses.replace(
         scenario,
         # Out of reach, but never out of sight: the planner works all along.
@@ -99,22 +120,29 @@ def resets() -> None:
 def main() -> None:
     """Prints the table."""
     print(f"A whole trial of {DURATION:g} s, headless, one core")
-    print("scenario  people  build s  run s  x real time  evaluation s")
-    for name in ("passing", "crossing", "cafe"):
-        scenario = sixty_seconds(name)
-        time_trial(scenario)
-        build, step, evaluate = min(
-            (time_trial(scenario) for _ in range(3)), key=sum
-        )
-        print(
-            f"{name:9} {len(scenario.humans):6} {build:8.3f} {step:6.3f}"
-            f" {DURATION / step:12.0f} {evaluate:13.3f}"
-        )
+    print("scenario  people  planner build s  run s  x real time  evaluation s")
+    for name, people in TRIALS:
+        for planner in ("pursuit", "dwb"):
+            scenario = sixty_seconds(name, people, planner)
+            time_trial(scenario)
+            build, step, evaluate = min(
+                (time_trial(scenario) for _ in range(3)), key=sum
+            )
+            print(
+                f"{name:9} {people:6} {planner:8} {build:7.3f} {step:6.3f}"
+                f" {DURATION / step:12.0f} {evaluate:13.3f}",
+                flush=True,
+            )
     resets()
-    print("\nShare of the time of passing, by block")
-    shares = profile(sixty_seconds("passing"))
-    for block, share in sorted(shares.items(), key=lambda item: -item[1]):
-        print(f"  {block:26} {100 * share:5.1f} %")
+    print("\nShare of the time, by block, in %")
+    shares = {
+        f"{name}, {people}": profile(sixty_seconds(name, people))
+        for name, people in TRIALS
+    }
+    print(" " * 26 + "".join(f"{name:>12}" for name in shares))
+    for block in sorted(set().union(*shares.values())):
+        cells = [100 * share.get(block, 0.0) for share in shares.values()]
+        print(f"  {block:24}" + "".join(f"{cell:12.1f}" for cell in cells))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.runs.run_folders import RECORDINGS, recording_path, replay_path
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.systems.common.files import as_file_name, is_file_name
+from hunav_drake.trial.result import MetricTables
 from tests.hunav_drake.passing_trials import make_recording, make_result
 from tests.reliability.names import FIT, UNFIT
 
@@ -64,12 +65,13 @@ def test_results_of_any_names_are_in_their_folder(tmp_path):
     """Of trials in memory, whose names nobody has checked."""
     out = tmp_path / "out"
     plain = make_result(make_recording(), metric_names=["path"])
+    found = plain.tables.evaluation
     for name in UNFIT:
         result = dataclasses.replace(
             plain,
             scenario_name=name,
             provenance={"planner": name, "seed": 0},
-            steps_by_behavior={name: plain.steps},
+            tables=MetricTables(found, {name: found}, plain.tables.attrs),
         )
         folder = WriteResult(result, out, format="hunav")
         assert folder.parent == out / "runs"

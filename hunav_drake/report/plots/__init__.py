@@ -18,6 +18,7 @@ from hunav_drake.report.plots.series import (
     plot_distance_to_people,
     plot_robot_speed,
 )
+from hunav_drake.report.plots.tracks import plot_tracks
 from hunav_drake.report.plots.trajectories import plot_trajectories
 from hunav_drake.report.plots.zones import plot_zones
 
@@ -30,6 +31,7 @@ __all__ = [
     "plot_distance_to_people",
     "plot_forces",
     "plot_robot_speed",
+    "plot_tracks",
     "plot_trajectories",
     "plot_zones",
 ]

@@ -66,8 +66,10 @@ def assert_finite(recording):
     with warnings.catch_warnings():
         # An overflow on the way to a finite value is no fault.
         warnings.simplefilter("ignore", RuntimeWarning)
-        metrics, steps = evaluate(recording, NAMES)
-        tables = [steps, *evaluate_by_behavior(recording, NAMES)[1].values()]
+        found = evaluate(recording, NAMES)
+        metrics, steps = found.table(), found.steps()
+        by_behavior = evaluate_by_behavior(recording, NAMES)
+        tables = [steps, *(it.steps() for it in by_behavior.values())]
     assert not np.isinf(metrics).any(), metrics[np.isinf(metrics)]
     for table in tables:
         bad = np.isinf(table).any()

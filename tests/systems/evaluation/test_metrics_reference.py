@@ -164,7 +164,7 @@ def test_times_agree(case):
 def test_series_agree(case, request):
     if "h19" in request.node.name:
         pytest.skip("the original's series lack the step without people")
-    _, steps = evaluate(case.recording, SAME)
+    steps = evaluate(case.recording, SAME).steps()
     for name in SAME:
         here = select_metrics([name])[0].name
         if name in case.per_step and here in steps:

@@ -28,7 +28,7 @@ def count(memory, touching, speeds, bearing=0.7, *, body=0.2, **options):
     return count_contacts(
         memory,
         np.array([touching]),
-        options.get("forces"),
+        options.get("forces", np.empty((0, 2))),
         gaps(robot, people, np.array([body])),
         closing_speeds(robot, people),
         options.get("duration", STEP),

@@ -1,0 +1,1 @@
+"""Recorded people from files of many formats."""

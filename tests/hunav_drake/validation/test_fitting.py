@@ -1,0 +1,127 @@
+"""Weights of forces fitted to people whose weights are known."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from hunav_drake import ReadTracks, Tracks, WriteTracks
+from hunav_drake.commands.cli import main
+from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.people.tracks import Track
+from hunav_drake.validation.fitting import FitForces, fit_text
+from hunav_drake.validation.recorded import (
+    FUTURE,
+    PAST,
+    STEP,
+    CrowdPrediction,
+    windows_of,
+)
+
+SCENES = (
+    Path(os.environ.get("HUNAV_REFERENCE", "../shared/reference")).resolve()
+    / "tracks"
+)
+
+
+def crossing_people(weights, count=6, people=5, noise=0.0, seed=0):
+    """Windows of people who cross each other, as a crowd with weights walks.
+
+    They walk straight on before, and the model is told nothing of their goals.
+    """
+    rng = np.random.default_rng(seed)
+    model = CrowdPrediction(CrowdConfig(), weights)
+    windows = []
+    for _ in range(count):
+        now = rng.uniform(-2.5, 2.5, (people, 2))
+        way = rng.uniform(-np.pi, np.pi, people)
+        speed = rng.uniform(0.8, 1.3, people)
+        velocity = speed[:, None] * np.column_stack([np.cos(way), np.sin(way)])
+        past = np.arange(1 - PAST, 1)[:, None] * STEP
+        before = now[:, None] + velocity[:, None] * past
+        window = np.concatenate([before, np.zeros((people, FUTURE, 2))], axis=1)
+        window[:, PAST:] = model(window, "ahead")
+        window[:, PAST:] += rng.normal(0, noise, (people, FUTURE, 2))
+        windows.append(window)
+    return windows
+
+
+@pytest.mark.parametrize(
+    "truth",
+    [{"social_factor": 2.5}, {"social_factor": 8.0, "relaxation_time": 0.7}],
+    ids=lambda it: "+".join(it),
+)
+def test_weights_are_found_again(truth):
+    fit = FitForces(crossing_people(truth), list(truth), goal="ahead")
+    assert fit.after < 0.1 * fit.before
+    for name, value in truth.items():
+        assert fit.values[name] == pytest.approx(value, rel=0.05)
+
+
+def test_noise_is_in_the_errors():
+    truth = {"social_factor": 2.5}
+    windows = crossing_people(truth, count=12, noise=0.02)
+    fit = FitForces(windows, goal="ahead")
+    (value,), (error,) = fit.values.values(), fit.errors.values()
+    assert 0 < error < 0.5
+    assert abs(value - 2.5) < 4 * error
+    # Twice 2 cm, as of x and y.
+    assert fit.after == pytest.approx(0.028, abs=0.006)
+    assert "social_factor" in fit_text(fit)
+
+
+def test_the_order_of_people_does_not_matter():
+    truth = {"social_factor": 2.5}
+    windows = crossing_people(truth, noise=0.01)
+    one = FitForces(windows, goal="ahead").values["social_factor"]
+    turned = [window[::-1].copy() for window in windows]
+    other = FitForces(turned, goal="ahead").values["social_factor"]
+    assert one == pytest.approx(other, rel=0.02)
+
+
+def test_what_a_recording_cannot_tell_is_refused_or_said():
+    windows = crossing_people({})
+    for name, words in (
+        ("obstacle_factor", "acts at walls only"),
+        ("group_gaze_factor", "acts in groups only"),
+        ("sociable", "there is no weight 'sociable'"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            FitForces(windows, [name])
+    with pytest.raises(ValueError, match="each once"):
+        FitForces(windows, ["gamma", "gamma"])
+    with pytest.raises(ValueError, match="there are none"):
+        FitForces([])
+    alone = crossing_people({}, count=3, people=1)
+    fit = FitForces(alone, ["social_factor"], goal="ahead")
+    assert "changes nothing" in fit.warnings[0]
+
+
+def test_real_people_want_less_force():
+    path = SCENES / "zara01.txt"
+    if not path.exists():
+        pytest.skip("the recorded people are not here")
+    fit = FitForces(list(windows_of(ReadTracks(path))))
+    assert fit.people == 196
+    assert fit.values["social_factor"] < 1.5
+    assert fit.after < 0.9 * fit.before
+
+
+def test_the_command_fits_and_writes(tmp_path, capsys):
+    windows = crossing_people({"social_factor": 2.5}, count=1)
+    times = np.arange(PAST + FUTURE) * STEP
+    people = tuple(Track(i, times, row) for i, row in enumerate(windows[0]))
+    file, out = tmp_path / "a.csv", tmp_path / "people.yaml"
+    WriteTracks(Tracks(people), file)
+    words = ["fit", str(file), "--goal", "ahead", "--holdout", str(file)]
+    assert main([*words, "-o", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert "5 paths" in told
+    assert "fitted" in told
+    forces = yaml.safe_load(out.read_text())["forces"]
+    assert forces["social_factor"] == pytest.approx(2.5, rel=0.1)
+    assert main([*words, "--free", "gama"]) == 2
+    assert "did you mean 'gamma'" in capsys.readouterr().err
+    assert main([*words, "-o", str(out)]) == 2
