@@ -1,36 +1,29 @@
 """A parsed behavior tree, and how it ticks."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+import functools
 import hashlib
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.parser import ParsedTree
-from hunav_drake.systems.behavior.nodes.node import (
-    Built,
-    Memory,
-    Node,
-    NodeStatus,
-    TickFunction,
-)
-from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
-    build_with_conditions,
-)
-from hunav_drake.systems.behavior.nodes.tick_context import (
-    GOAL_INDEX,
-    Person,
-    TickContext,
-)
-from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
+from hunav_drake.systems.behavior.nodes.control_flow import MAX_CYCLES_PER_TICK
+from hunav_drake.systems.behavior.nodes.language_nodes import check_thresholds
+from hunav_drake.systems.behavior.nodes.node import Node
+from hunav_drake.systems.behavior.nodes.operations import AGAIN, SWITCH
+from hunav_drake.systems.behavior.nodes.program import Program
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
+from hunav_drake.systems.behavior.nodes.tick_context import GOAL_INDEX, Person
+from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
 
 # The number of nodes that one tick may tick. Repeat in Repeat in Repeat ...
 # would otherwise let a small tree stop the simulation.
 MAX_WORK = 100_000
-
-Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 
 class Outcome(NamedTuple):
@@ -50,17 +43,26 @@ class Outcome(NamedTuple):
     memory: list[float]
 
 
-def _build(node: Node, wrap: Wrapper | None) -> Built:
-    children = tuple(_build(child, wrap) for child in node.children)
-    built = build_with_conditions(node, children)
-    if built.work > MAX_WORK:
+def _work(node: Node) -> int:
+    """Returns the largest number of nodes that one tick of a node ticks."""
+    below = [_work(child) for child in node.children]
+    most = sum(below)
+    operation = node.type.operation.code
+    if operation == SWITCH:
+        most = max(below)
+    if operation == AGAIN:
+        (port,) = node.ports
+        limit = node.constant(port)
+        cycles = MAX_CYCLES_PER_TICK
+        if limit is not None:
+            cycles = 1 if limit == -1 else min(limit, cycles)
+        most *= cycles
+    if most >= MAX_WORK:
         raise node.error(
-            f"one tick could tick {built.work} nodes, at most {MAX_WORK} are"
+            f"one tick could tick {most + 1} nodes, at most {MAX_WORK} are"
             " accepted; repeat less"
         )
-    if wrap:
-        return built._replace(tick=wrap(node, built.tick))
-    return built
+    return most + 1
 
 
 def _preorder(node: Node) -> Iterator[Node]:
@@ -102,14 +104,12 @@ class Tree:
         self.nodes = tuple(_preorder(self.root))
         self.slots = parsed.assembled.slots
         self.texts = parsed.assembled.texts
-        self._tick = _build(self.root, None).tick
-        self._traced_tick = self._build_traced()
+        for node in self.nodes:
+            check_thresholds(
+                node, {name: node.constant(name) for name in node.ports}
+            )
+        _work(self.root)
         self._initial = parsed.assembled.initial
-        # The leaves of this package write valid numbers; a check of them would
-        # cost a tenth of their time.
-        self._has_foreign_leaves = not all(
-            node.type.is_ours for node in self.nodes
-        )
         self._given = {
             key: parsed.entries[key] for key in GIVEN if key in parsed.entries
         }
@@ -177,7 +177,7 @@ class Tree:
                 number: a speed below 0, or one that is not finite.
             TypeError: If a leaf returns no valid status.
         """
-        return self._run(self._tick, person, memory, human_states, robot_states)
+        return self.trace(person, memory, human_states, robot_states)[0]
 
     def trace(
         self,
@@ -197,69 +197,23 @@ class Tree:
         Raises:
             BehaviorTreeError: As `tick`.
         """
-        count = len(self.slots)
-        outcome = self._run(
-            self._traced_tick,
-            person,
-            [*memory, *[0.0] * len(self.nodes)],
-            human_states,
-            robot_states,
+        walk = Walk([self.program], [person])
+        result = walk.tick(
+            np.asarray(memory, dtype=float), human_states, robot_states
         )
-        statuses = tuple(NodeStatus(int(s)) for s in outcome.memory[count:])
-        return outcome._replace(memory=outcome.memory[:count]), statuses
+        statuses = tuple(map(NodeStatus, result[walk.node_status].astype(int)))
+        outcome = Outcome(
+            statuses[0],
+            result[walk.commands].tolist(),
+            int(result[walk.behavior_status][0]),
+            result[walk.memory].tolist(),
+        )
+        return outcome, statuses
 
-    def _run(
-        self,
-        function: TickFunction,
-        person: Person,
-        memory: Sequence[float],
-        human_states: Array,
-        robot_states: Array,
-    ) -> Outcome:
-        after = list(memory)
-        context = TickContext(person, after, human_states, robot_states)
-        status = function(after, context)
-        if self._has_foreign_leaves and not is_sound(context, after):
-            fault = find_fault(context, after, self.slots)
-            if fault:
-                again = TickContext(
-                    person, list(memory), human_states, robot_states
-                )
-                self._blame(list(memory), again)
-                raise self.root.error(fault)
-        return Outcome(status, context.command, context.behavior_status, after)
-
-    def _blame(self, memory: Memory, context: TickContext) -> None:
-        """Repeats a tick to raise the error of the leaf that is at fault."""
-
-        def wrap(node: Node, tick: TickFunction) -> TickFunction:
-            def checked(memory: Memory, context: TickContext) -> NodeStatus:
-                status = tick(memory, context)
-                fault = find_fault(context, memory, self.slots)
-                if fault:
-                    raise node.error(fault)
-                return status
-
-            return tick if node.children else checked
-
-        _build(self.root, wrap).tick(memory, context)
-
-    def _build_traced(self) -> TickFunction:
-        """Returns the tick that stores each node's status after the memory."""
-        following = len(self.slots)
-        slots = {id(node): following + i for i, node in enumerate(self.nodes)}
-
-        def wrap(node: Node, tick: TickFunction) -> TickFunction:
-            slot = slots[id(node)]
-
-            def recorded(memory: Memory, context: TickContext) -> NodeStatus:
-                status = tick(memory, context)
-                memory[slot] = status
-                return status
-
-            return recorded
-
-        return _build(self.root, wrap).tick
+    @functools.cached_property
+    def program(self) -> Program:
+        """The tree as compiled code walks over it."""
+        return Program(self.name, self.nodes, self.slots, self._initial)
 
     def Describe(self) -> str:
         """Returns the nodes of the tree and the layout of its memory.

@@ -16,20 +16,23 @@ import numpy as np
 from hunav_drake.systems.behavior.leaves.pacing import head_for
 from hunav_drake.systems.behavior.leaves.robot_conditions import FIELD_OF_VIEW
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, is_goal_reached
-from hunav_drake.systems.behavior.nodes.node import (
-    Built,
-    Category,
-    Memory,
-    Node,
-    NodeStatus,
-    NodeType,
-    compose,
-)
+from hunav_drake.systems.behavior.nodes.compiled_leaf import CompiledLeaf
+from hunav_drake.systems.behavior.nodes.node import Category, NodeType
+from hunav_drake.systems.behavior.nodes.operations import AROUND, Operation
 from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     make_leaf_type,
 )
+from hunav_drake.systems.behavior.nodes.status import IDLE, NodeStatus
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    goal_of,
+    has_goal,
+    next_goal,
+)
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import (
     RADIUS,
     YAW,
@@ -220,32 +223,28 @@ def _threatening_nav(
     return NodeStatus.SUCCESS
 
 
-def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
-    """Builds a decorator that drops goals as a step of HuNavSim's crowd does.
+@jit
+def _follow_goals(tick: Tick, own: Array, status: float) -> int:
+    """Drops goals as a step of HuNavSim's crowd does: before and after one.
 
     A step to the own goal that ends within its radius drops the goal; and the
     behavior status stays as it is in a step without a walk or a reaction.
     """
-    (child,) = children
-    walked, status = node.slot("walked"), node.slot("status")
-
-    def tick(memory: Memory, context: TickContext) -> NodeStatus:
-        goal, state = context.goal, context.state
-        if memory[walked] and goal is not None:
-            away = math.hypot(goal[0] - state[X], goal[1] - state[Y])
-            if away <= context.person.goal_radius:
-                context.go_to_next_goal()
-        result = child.tick(memory, context)
-        command = context.command
-        walks = command[Command.HOLD] == Hold.WALK
-        target = (command[Command.GOAL_X], command[Command.GOAL_Y])
-        memory[walked] = float(walks and target == context.goal)
-        if not walks and not context.behavior_status:
-            context.behavior_status = int(memory[status])
-        memory[status] = float(context.behavior_status)
-        return result
-
-    return compose(tick, children)
+    if status == IDLE:
+        if own[0] and has_goal(tick):
+            x, y = goal_of(tick)
+            if math.hypot(x - tick.x, y - tick.y) <= tick.reach:
+                next_goal(tick)
+        return 0
+    walks = tick.hold == Hold.WALK
+    own[0] = 0.0
+    if walks and has_goal(tick):
+        x, y = goal_of(tick)
+        own[0] = tick.goal_x == x and tick.goal_y == y
+    if not walks and not tick.behavior_status:
+        tick.behavior_status = own[1]
+    own[1] = tick.behavior_status
+    return 0
 
 
 def _leaf(
@@ -272,10 +271,12 @@ HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
         "FollowGoals": NodeType(
             "FollowGoals",
             "Decorator",
-            _follow_goals,
+            Operation(AROUND),
             "Drops goals as a step of the crowd does in HuNavSim.",
             children=(1, 1),
             slots={"walked": 0.0, "status": 0.0},
+            kept=("walked", "status"),
+            leaf=CompiledLeaf(_follow_goals, 1, True),
         ),
     }
 )

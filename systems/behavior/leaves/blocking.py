@@ -13,8 +13,8 @@ from hunav_drake.systems.behavior.leaves.pacing import (
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import (
     OMEGA,

@@ -20,8 +20,8 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     walk_at,
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import TickContext
 from hunav_drake.systems.common.layout import RADIUS, YAW, Command, X, Y
 from hunav_drake.systems.common.schema import within

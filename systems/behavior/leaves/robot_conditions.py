@@ -8,7 +8,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
-from hunav_drake.systems.behavior.nodes.decorators import steps_reach
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_condition
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y

@@ -16,11 +16,11 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     speed_of,
     walk_at,
 )
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,
 )
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import (
     MAX_BEHAVIOR_STATUS,
     TickContext,

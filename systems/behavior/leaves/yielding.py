@@ -32,9 +32,9 @@ from hunav_drake.systems.behavior.leaves.walking import (
     BehaviorStatus,
     Role,
 )
-from hunav_drake.systems.behavior.nodes.decorators import steps_reach
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
 from hunav_drake.systems.common.schema import within

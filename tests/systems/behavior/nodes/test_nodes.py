@@ -12,8 +12,10 @@ import pytest
 
 from hunav_drake.systems.behavior import NodeStatus, ParseTree
 from hunav_drake.systems.behavior.nodes import registry
-from hunav_drake.systems.behavior.nodes.node import Built, NodeType
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.operations import PYTHON, Operation
 from hunav_drake.systems.behavior.nodes.port import Port
+from hunav_drake.systems.behavior.nodes.program import RUNNING_SLOT
 from tests.systems.behavior.ticks import ME, PERSON, as_xml, traces, tree_of
 
 LETTERS = {
@@ -26,20 +28,16 @@ LETTERS = {
 NAMES = {status: letter for letter, status in LETTERS.items()}
 
 
-def build_script(node, children):
+def build_script(node):
     results = node.constant("results")
-    slot = node.slot("at")
+    slot = node.first + 1
 
-    def tick(memory, context):
+    def tick(context, memory):
         at = int(memory[slot])
-        memory[slot] = (at + 1) % len(results)
+        memory[slot] = float((at + 1) % len(results))
         return LETTERS[results[at]]
 
-    def halt(memory):
-        if results[int(memory[slot]) - 1] == "R":
-            memory[slot] = 0.0
-
-    return Built(tick, halt, may_skip="K" in results)
+    return tick
 
 
 @pytest.fixture(autouse=True)
@@ -47,10 +45,11 @@ def script(node_types):
     node_types["Script"] = NodeType(
         "Script",
         "Action",
-        build_script,
+        Operation(PYTHON),
         "Says what is written.",
         ports={"results": Port("results", str)},
-        slots={"at": 0.0},
+        slots={RUNNING_SLOT: 0.0, "at": 0.0},
+        build=build_script,
     )
 
 

@@ -1,0 +1,410 @@
+"""What nodes do when they are ticked, and when a child has been; compiled.
+
+They work as in BehaviorTree.CPP. A node's memory is zero unless it is RUNNING,
+with the exceptions that BehaviorTree.CPP makes. Each function returns the row
+of the child to tick, or the status of the node with a minus, or 0 if the walk
+is interrupted.
+"""
+
+import numpy as np
+
+from hunav_drake.systems.behavior.nodes.operations import (
+    ACTION,
+    AGAIN,
+    AROUND,
+    CONDITION,
+    DELAY,
+    GIVE,
+    IF,
+    MAPPED,
+    ORDERED,
+    PYTHON,
+    REACTIVE,
+    RUN_ONCE,
+    SET,
+    SWITCH,
+    TIMEOUT,
+    WHILE,
+)
+from hunav_drake.systems.behavior.nodes.pointers import array_at, call_leaf
+from hunav_drake.systems.behavior.nodes.port import UNSET
+from hunav_drake.systems.behavior.nodes.scripts import (
+    READ_PORTS,
+    RUN_LEAF,
+    halt,
+    interrupt,
+    memory_of,
+    rows_of,
+)
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE as _FAILURE,
+    IDLE as _IDLE,
+    RUNNING as _RUNNING,
+    SKIPPED as _SKIPPED,
+    SUCCESS as _SUCCESS,
+)
+from hunav_drake.systems.behavior.nodes.table import PORT
+from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
+from hunav_drake.systems.common.kernels import INTEGER, jit_as, jit_inline
+
+# (Compiled code knows them as numbers.)
+IDLE, RUNNING, SUCCESS = int(_IDLE), int(_RUNNING), int(_SUCCESS)
+FAILURE, SKIPPED = int(_FAILURE), int(_SKIPPED)
+
+# The number of times that Repeat and RetryUntilSuccessful tick a child that
+# completes at once, before they leave the rest to the next tick.
+MAX_CYCLES_PER_TICK = 100
+
+# The numbers that each node keeps for the time of a tick.
+SCRATCH_SIZE = 4
+
+_REAL = np.dtype(np.float64)
+_INTEGER = np.dtype(np.int64)
+
+
+@jit_inline
+def steps_reach(steps, time_step, seconds):
+    """Returns whether a number of steps lasts at least a duration.
+
+    A multiple of the step that misses the duration by rounding alone has
+    reached it.
+    """
+    return steps * time_step >= seconds * (1 - 1e-12)
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
+def _child(tick, row, index):
+    """Returns the row of a child; 0 after the last one."""
+    rows = rows_of(tick)
+    if index >= rows[row].children:
+        return 0
+    child = row + 1
+    for _ in range(index):
+        child = rows[child].end
+    return child
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
+def _following(tick, row, child):
+    """Returns the row of the child after one; 0 after the last one."""
+    rows = rows_of(tick)
+    return rows[child].end if rows[child].end < rows[row].end else 0
+
+
+@jit_inline
+def _scratch(tick, row):
+    return array_at(
+        tick.scratch + 8 * SCRATCH_SIZE * row, SCRATCH_SIZE, _INTEGER
+    )
+
+
+@jit_inline
+def _number(tick, node, port):
+    """Returns the number of a port that takes any entry, perhaps UNSET."""
+    ports = array_at(tick.ports, node.first_port + node.num_ports, PORT)
+    slot = ports[node.first_port + port].slot
+    if slot >= 0:
+        return memory_of(tick)[slot]
+    return array_at(tick.numbers + 8 * node.first_port, node.num_ports, _REAL)[
+        port
+    ]
+
+
+@jit_inline
+def _read_ports(tick, node):
+    """Reads the ports; returns whether all that are entries surely fit."""
+    memory = memory_of(tick)
+    ports = array_at(tick.ports, node.first_port + node.num_ports, PORT)
+    constants = array_at(
+        tick.numbers + 8 * node.first_port, node.num_ports, _REAL
+    )
+    values = array_at(tick.values, node.num_ports, _REAL)
+    for i in range(node.num_ports):
+        port = ports[node.first_port + i]
+        value = constants[i]
+        if port.slot >= 0:
+            value = memory[port.slot]
+            if not port.low <= value <= port.high:
+                return False
+            if port.is_whole and value % 1 != 0:
+                return False
+        values[i] = value
+    return True
+
+
+@jit_inline
+def _call(tick, node, count, values):
+    own = array_at(tick.memory + 8 * node.first, node.size, _REAL)
+    remembers = np.int64(node.size > 0)
+    return call_leaf(node.leaf, count, remembers, tick, own, values)
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
+def enter(tick, row, has_read):
+    """Ticks a node, whose ports Python may have read."""
+    node = rows_of(tick)[row]
+    memory = memory_of(tick)
+    scratch = _scratch(tick, row)
+    operation = node.operation
+    at = tick.numbers + 8 * node.first_port
+    if node.is_checked:
+        if not has_read and not _read_ports(tick, node):
+            interrupt(tick, row, READ_PORTS, 0)
+            return 0
+        at = tick.values
+    ports = array_at(at, node.num_ports, _REAL)
+    if operation == CONDITION:
+        return (
+            -SUCCESS if _call(tick, node, node.num_ports, ports) else -FAILURE
+        )
+    if operation == ACTION:
+        return -_call(tick, node, node.num_ports, ports)
+    if operation == PYTHON:
+        interrupt(tick, row, RUN_LEAF, 0)
+        return 0
+    if operation == ORDERED:
+        scratch[0] = min(max(memory[node.first], 0.0), node.children)
+        scratch[1] = np.int64(memory[node.first + 1])
+        child = _child(tick, row, scratch[0])
+        return child if child else -node.a
+    if operation == REACTIVE:
+        scratch[1] = 0
+        return row + 1
+    if operation == GIVE:
+        return -node.a
+    if operation == SET:
+        value = _number(tick, node, 0)
+        if value == UNSET:
+            return -FAILURE
+        slot = array_at(tick.ports, node.first_port + 2, PORT)[
+            node.first_port + 1
+        ].slot
+        memory[slot] = value
+        return -SUCCESS
+    if operation == AROUND:
+        scratch[0] = 0
+        values = array_at(tick.values, 1, _REAL)
+        values[0] = IDLE
+        _call(tick, node, 1, values)
+        return row + 1
+    if operation == AGAIN:
+        scratch[0] = np.int64(ports[0])
+        scratch[1] = np.int64(memory[node.first])
+        # An endless loop over a child that completes at once has one cycle in
+        # each tick.
+        scratch[2] = 1 if scratch[0] == -1 else MAX_CYCLES_PER_TICK
+        return _tick_again(tick, row)
+    if operation == RUN_ONCE:
+        if memory[node.first] == 0:
+            return row + 1
+        if ports[0] or not RUNNING < memory[node.first] < SKIPPED:
+            return -SKIPPED
+        return -np.int64(memory[node.first])
+    if operation == DELAY:
+        if not steps_reach(memory[node.first], tick.time_step, ports[0] / 1000):
+            memory[node.first] += 1
+            return -RUNNING
+        return row + 1
+    if operation == TIMEOUT:
+        limit = ports[0] / 1000
+        passed = memory[node.first]
+        scratch[0] = limit != 0
+        if limit and passed and steps_reach(passed, tick.time_step, limit):
+            memory[node.first] = 0.0
+            halt(tick, row + 1, node.end)
+            return -FAILURE
+        return row + 1
+    if operation == IF:
+        return max(_child(tick, row, np.int64(memory[node.first])), row + 1)
+    if operation == WHILE or operation == MAPPED:
+        return row + 1
+    if operation == SWITCH:
+        chosen = 0
+        value = _number(tick, node, 0)
+        while chosen < node.num_ports - 1 and (
+            value == UNSET or _number(tick, node, chosen + 1) != value
+        ):
+            chosen += 1
+        before = np.int64(memory[node.first]) - 1
+        if before >= 0 and before != chosen:
+            child = _child(tick, row, before)
+            if child:
+                halt(tick, child, rows_of(tick)[child].end)
+        return _child(tick, row, chosen)
+    # PARALLEL
+    scratch[0] = _threshold(ports[0], node.children)
+    scratch[1] = _threshold(ports[1], node.children)
+    scratch[2] = 0
+    scratch[3] = ports[0] < 0
+    return _tick_rest(tick, row, row + 1, False)
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+def resume(tick, row, child, status):
+    """Goes on with a node after its child was ticked."""
+    rows = rows_of(tick)
+    node = rows[row]
+    memory = memory_of(tick)
+    scratch = _scratch(tick, row)
+    operation = node.operation
+    if operation == ORDERED:
+        following = 0
+        if status == node.a or status == SKIPPED:
+            scratch[1] += status == SKIPPED
+            after = _following(tick, row, child)
+            if after:
+                return after
+            status = SKIPPED if scratch[1] == node.children else node.a
+        elif status == RUNNING:
+            memory[node.first] = rows[child].index
+            memory[node.first + 1] = scratch[1]
+            return -RUNNING
+        elif node.b:
+            following = rows[child].index
+        memory[node.first] = following
+        memory[node.first + 1] = 0.0
+        halt(tick, row + 1, node.end)
+        return -status
+    if operation == REACTIVE:
+        if status == RUNNING:
+            halt(tick, row + 1, child)
+            halt(tick, rows[child].end, node.end)
+            return -RUNNING
+        if status == node.a or status == SKIPPED:
+            if status == SKIPPED:
+                scratch[1] += 1
+                halt(tick, child, rows[child].end)
+            after = _following(tick, row, child)
+            if after:
+                return after
+            status = SKIPPED if scratch[1] == node.children else node.a
+        halt(tick, row + 1, node.end)
+        return -status
+    if operation == MAPPED:
+        if status == RUNNING:
+            return -node.a
+        if status == SUCCESS:
+            return -node.b
+        return -(node.c if status == FAILURE else node.d)
+    if operation == AROUND:
+        values = array_at(tick.values, 1, _REAL)
+        values[0] = status
+        _call(tick, node, 1, values)
+        return -status
+    if operation == AGAIN:
+        if status == node.a:
+            scratch[2] -= 1
+            # Endless loops do not count, so that nothing grows.
+            scratch[1] += scratch[0] != -1
+            return _tick_again(tick, row)
+        memory[node.first] = 0.0 if status == node.b else scratch[1]
+        return -status
+    if operation == RUN_ONCE:
+        if status == SUCCESS or status == FAILURE:
+            memory[node.first] = status
+        return -status
+    if operation == DELAY:
+        if status == SUCCESS or status == FAILURE:
+            memory[node.first] = 0.0
+        return -status
+    if operation == TIMEOUT:
+        if status == RUNNING and scratch[0]:
+            memory[node.first] += 1
+        elif status != SKIPPED:
+            memory[node.first] = 0.0
+        return -status
+    if operation == IF or operation == WHILE:
+        return _branch(tick, row, child, status)
+    if operation == SWITCH:
+        index = rows[child].index
+        memory[node.first] = index + 1 if status == RUNNING else 0
+        if status != RUNNING and status != SKIPPED:
+            halt(tick, row + 1, node.end)
+        return -status
+    # PARALLEL
+    if status == SKIPPED:
+        scratch[2] += 1
+    elif status != RUNNING:
+        memory[node.first + rows[child].index] = status
+    return _tick_rest(tick, row, child, True)
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER)
+def _tick_again(tick, row):
+    """Ticks the child of Repeat or RetryUntilSuccessful, if it is due."""
+    node = rows_of(tick)[row]
+    scratch = _scratch(tick, row)
+    memory = memory_of(tick)
+    if scratch[0] != -1 and scratch[1] >= scratch[0]:
+        memory[node.first] = 0.0
+        return -node.a
+    if scratch[2] == 0:
+        memory[node.first] = scratch[1]
+        return -RUNNING
+    return row + 1
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+def _branch(tick, row, child, status):
+    """Goes on with IfThenElse or WhileDoElse after its child was ticked."""
+    rows = rows_of(tick)
+    node = rows[row]
+    memory = memory_of(tick)
+    is_if = node.operation == IF
+    index = rows[child].index
+    if status == RUNNING:
+        if is_if:
+            memory[node.first] = index
+        return -RUNNING
+    if index == 0 and (status == SUCCESS or status == FAILURE):
+        index = 1 if status == SUCCESS else 2
+        if not is_if:
+            other = _child(tick, row, 3 - index)
+            if other:
+                halt(tick, other, rows[other].end)
+        chosen = _child(tick, row, index)
+        if chosen:
+            return chosen
+    if is_if:
+        memory[node.first] = 0.0
+    halt(tick, row + 1, node.end)
+    return -status
+
+
+@jit_inline
+def _threshold(port, count):
+    """Returns how many children a port of Parallel means."""
+    return np.int64(port) if port >= 0 else max(count + np.int64(port) + 1, 0)
+
+
+@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+def _tick_rest(tick, row, child, ticked):
+    """Ticks the children of Parallel that are not done.
+
+    They are those from one on, or from the one after if it has just been
+    ticked.
+    """
+    rows = rows_of(tick)
+    node = rows[row]
+    scratch = _scratch(tick, row)
+    done = array_at(tick.memory + 8 * node.first, node.children, _REAL)
+    while child:
+        if done[rows[child].index] == 0 and not ticked:
+            return child
+        ticked = False
+        successes, failures = 0, 0
+        for status in done:
+            successes += status == SUCCESS
+            failures += status == FAILURE
+        # A threshold counted from the end counts skipped children in.
+        if scratch[3]:
+            successes += scratch[2]
+        is_won = successes >= scratch[0]
+        is_lost = node.children - failures < scratch[0]
+        if is_won or is_lost or failures == scratch[1]:
+            for i in range(node.children):
+                done[i] = 0.0
+            halt(tick, row + 1, node.end)
+            return -SUCCESS if is_won else -FAILURE
+        child = _following(tick, row, child)
+    return -SKIPPED if scratch[2] == node.children else -RUNNING

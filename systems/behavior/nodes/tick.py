@@ -1,0 +1,210 @@
+"""The data of one tick of a person's tree, for compiled leaves.
+
+A compiled leaf takes a `Tick`, its own numbers if it remembers any, and its
+ports as numbers: a text of a Literal as its index, a boolean as 0 or 1.
+"""
+
+import math
+from typing import get_type_hints
+
+import numba
+import numpy as np
+
+from hunav_drake.systems.behavior.nodes.pointers import array_at
+from hunav_drake.systems.common.kernels import jit_inline
+from hunav_drake.systems.common.layout import STATE_FIELDS
+from hunav_drake.systems.world.ray_cast import first_hit
+from hunav_drake.systems.world.walls import opened
+
+
+class Tick:
+    """The fields of a tick; compiled code has a record of them.
+
+    The first are the person's row of `human_states`, in W; then comes the
+    command of the person, laid out as `layout.Command`: before any leaf
+    writes, it is to walk to the current goal. Leaves write the command and
+    the behavior status, and only read the rest. Arrays are addresses.
+    """
+
+    x: float
+    y: float
+    yaw: float
+    vx: float
+    vy: float
+    omega: float
+    radius: float
+
+    goal_x: float
+    goal_y: float
+    goal_radius: float
+    has_goal: float
+    desired_speed: float
+    max_speed: float
+    robot_role: float
+    robot_repulsion: float
+    hold: float
+    turn_rate: float
+    yaw_target: float
+    group_id: float
+
+    behavior_status: float
+    # The index of the current goal, and of the robot to react to, or -1.
+    goal: int
+    noticed: int
+
+    # Rows of all people, and of all robots: `STATE`.
+    humans: int
+    num_humans: int
+    robots: int
+    num_robots: int
+
+    # The person: see `Person`. Its commands for each goal, and for none.
+    index: int
+    commands: int
+    num_goals: int
+    cyclic: int
+    reach: float
+    body_radius: float
+    time_step: float
+    walls: int
+    walls_size: int
+    hiding: int
+    hiding_size: int
+
+    # The tree: see `Program`. Its memory and the status of its nodes.
+    rows: int
+    num_rows: int
+    slots: int
+    ports: int
+    numbers: int
+    steps: int
+    num_steps: int
+    halted: int
+    num_halted: int
+    memory: int
+    statuses: int
+
+    # The person's part of the memory of all; the memory at the start, if
+    # people can be outside, else 0.
+    first_slot: int
+    num_slots: int
+    initial: int
+
+    # Numbers that last for the tick: of each node, of its ports, of scripts.
+    scratch: int
+    values: int
+    stack: int
+
+    # Where the walk was interrupted, and why: see `walk`.
+    person: int
+    row: int
+    slot: int
+    code: int
+
+
+TICK = np.dtype(
+    [
+        (name, np.float64 if kind is float else np.int64)
+        for name, kind in get_type_hints(Tick).items()
+    ]
+)
+TICK_RECORD = numba.from_dtype(TICK)
+STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
+
+# In a tick, the numbers from the command on, and how many words it has.
+COMMAND_AT = TICK.names.index("goal_x")
+TICK_SIZE = len(TICK)
+
+_REAL = np.dtype(np.float64)
+
+
+@jit_inline
+def humans_of(tick):
+    """Returns the states of all people: an array of `STATE`."""
+    return array_at(tick.humans, tick.num_humans, STATE)
+
+
+@jit_inline
+def robots_of(tick):
+    """Returns the states of all robots: an array of `STATE`."""
+    return array_at(tick.robots, tick.num_robots, STATE)
+
+
+@jit_inline
+def commands_of(tick, goal):
+    """Returns the command to walk to a goal: see `Person.commands`."""
+    return array_at(tick.commands + 96 * goal, 12, _REAL)
+
+
+@jit_inline
+def has_goal(tick):
+    """Returns whether there is a goal to walk to."""
+    return tick.goal < tick.num_goals
+
+
+@jit_inline
+def goal_of(tick):
+    """Returns the current goal in W, in meters; there must be one."""
+    command = commands_of(tick, tick.goal)
+    return command[0], command[1]
+
+
+@jit_inline
+def next_goal(tick):
+    """Goes on to the next goal, and makes it the goal of the command.
+
+    Returns whether there was a goal to drop.
+    """
+    if not has_goal(tick):
+        return False
+    tick.goal += 1
+    if tick.cyclic and tick.goal == tick.num_goals:
+        tick.goal = 0
+    command = commands_of(tick, tick.goal)
+    tick.goal_x = command[0]
+    tick.goal_y = command[1]
+    tick.has_goal = command[3]
+    return True
+
+
+@jit_inline
+def robot_of(tick):
+    """Returns the index of the robot to react to; -1 if there are no robots.
+
+    It is the one that a condition has noticed last in this tick; if none has,
+    the nearest one.
+    """
+    if tick.noticed >= 0:
+        return tick.noticed
+    robots = robots_of(tick)
+    found, nearest = -1, math.inf
+    for i in range(len(robots)):
+        if len(robots) == 1:
+            return 0
+        away = math.hypot(robots[i].x - tick.x, robots[i].y - tick.y)
+        if away < nearest:
+            found, nearest = i, away
+    return found
+
+
+@jit_inline
+def walls_of(tick):
+    """Returns the walls that the person cannot walk through."""
+    return opened(array_at(tick.walls, tick.walls_size, _REAL))
+
+
+@jit_inline
+def sees(tick, x, y):
+    """Returns whether nothing hides a point in W from the person."""
+    walls = opened(array_at(tick.hiding, tick.hiding_size, _REAL))
+    return first_hit(tick.x, tick.y, x, y, walls) > 1
+
+
+@jit_inline
+def cast_ray(tick, start, x, y):
+    """Casts a ray along the floor, from the center of a body to a point in W.
+
+    Returns the fraction of the ray at which it meets the first wall, in
+    [0, 1]; infinity if it meets none.
+    """
+    return first_hit(start.x, start.y, x, y, walls_of(tick))

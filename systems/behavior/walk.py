@@ -1,0 +1,207 @@
+"""The trees of people, ready to be ticked together."""
+
+from collections.abc import Sequence
+import itertools
+from typing import Any
+
+import numpy as np
+
+from hunav_drake.systems.behavior.nodes.control_flow import SCRATCH_SIZE
+from hunav_drake.systems.behavior.nodes.language_nodes import check_thresholds
+from hunav_drake.systems.behavior.nodes.pointers import MAX_PORTS
+from hunav_drake.systems.behavior.nodes.program import Program
+from hunav_drake.systems.behavior.nodes.scripts import (
+    READ_PORTS,
+    RUN_LEAF,
+    STACK_SIZE,
+)
+from hunav_drake.systems.behavior.nodes.tick import COMMAND_AT, TICK, TICK_SIZE
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    GOAL_INDEX,
+    Person,
+    TickContext,
+)
+from hunav_drake.systems.behavior.nodes.walk_kernel import PORTS_READ, walk
+from hunav_drake.systems.behavior.tick_checks import check_written
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import COMMAND_SIZE
+from hunav_drake.systems.world.obstacles import Obstacles
+
+_COMMAND = slice(COMMAND_AT, COMMAND_AT + COMMAND_SIZE)
+_BEHAVIOR_STATUS = COMMAND_AT + COMMAND_SIZE
+_NO_WALLS = Obstacles.from_shapes([], solid=[]).table
+
+
+class Walk:
+    """The trees of people in one piece, ticked by one compiled call.
+
+    Attributes:
+        memory: The part of the result of a tick with the memories of all.
+        memories: The part of each person in that.
+        commands: The part with the commands of all: see `layout.Command`.
+        behavior_status: The part with everybody's behavior status.
+        node_status: The part with the status of all nodes.
+        node_statuses: The part of each person in that.
+    """
+
+    def __init__(
+        self,
+        programs: Sequence[Program],
+        people: Sequence[Person],
+        initials: Sequence[Array] | None = None,
+    ) -> None:
+        """Constructs a Walk.
+
+        Args:
+            programs: The tree of each person.
+            people: The people.
+            initials: For each, the memory while the person is outside; by
+                default, nobody can be outside: see `layout.OUTSIDE`.
+        """
+        self._programs = list(programs)
+        self._people = list(people)
+        self.memories = _slices([len(it.slots) for it in programs])
+        self.node_statuses = _slices([len(it.nodes) for it in programs])
+        deepest = max((len(it.nodes) for it in programs), default=0)
+        sizes = [
+            TICK_SIZE,
+            sum(len(it.slots) for it in programs),
+            COMMAND_SIZE * len(people),
+            len(people),
+            sum(len(it.nodes) for it in programs),
+            SCRATCH_SIZE * deepest,
+            MAX_PORTS,
+            STACK_SIZE,
+        ]
+        parts = _slices(sizes)
+        _, self.memory, self.commands, self.behavior_status, *rest = parts
+        self.node_status, scratch, values, stack = rest
+        self._values = values
+        self._size = sum(sizes)
+        # (What the addresses in the records point to.)
+        self._kept: list[Array] = []
+        self._ticks = np.zeros(len(people), TICK)
+        for i, tick in enumerate(self._ticks):
+            fields = {
+                **self._tree_fields(programs[i]),
+                **self._person_fields(people[i]),
+                "initial": self._address(initials[i]) if initials else 0,
+                "first_slot": self.memories[i].start,
+                "memory": 8 * (self.memory.start + self.memories[i].start),
+                "statuses": 8
+                * (self.node_status.start + self.node_statuses[i].start),
+                "scratch": 8 * scratch.start,
+                "values": 8 * values.start,
+                "stack": 8 * stack.start,
+                "noticed": -1,
+            }
+            for name, value in fields.items():
+                tick[name] = value
+        self._at = self._address(self._ticks)
+
+    def _address(self, array: Any) -> int:
+        self._kept.append(array)
+        address: int = array.__array_interface__["data"][0]
+        return address
+
+    def _tree_fields(self, program: Program) -> dict[str, int]:
+        return {
+            "rows": self._address(program.rows),
+            "num_rows": len(program.nodes),
+            "slots": self._address(program.slots),
+            "num_slots": len(program.slots),
+            "ports": self._address(program.ports),
+            "numbers": self._address(program.numbers),
+            "steps": self._address(program.steps),
+            "num_steps": len(program.steps),
+            "halted": self._address(program.halted),
+            "num_halted": len(program.halted),
+        }
+
+    def _person_fields(self, person: Person) -> dict[str, float]:
+        walls = _NO_WALLS if person.walls is None else person.walls
+        hiding = _NO_WALLS if person.hiding is None else person.hiding
+        return {
+            "index": person.index,
+            "commands": self._address(np.array(person.commands, float)),
+            "num_goals": len(person.goals),
+            "cyclic": person.cyclic,
+            "reach": person.goal_radius,
+            "body_radius": person.body_radius,
+            "time_step": person.time_step,
+            "walls": self._address(walls),
+            "walls_size": len(walls),
+            "hiding": self._address(hiding),
+            "hiding_size": len(hiding),
+        }
+
+    def tick(self, memory: Array, humans: Array, robots: Array) -> Array:
+        """Ticks the trees once. The result depends on the arguments only.
+
+        Args:
+            memory: The memories of all people.
+            humans: Shape (7n,): see `common.layout`.
+            robots: Shape (7m,): see `common.layout`.
+
+        Returns:
+            The numbers whose parts are the attributes of this class.
+
+        Raises:
+            BehaviorTreeError: See `Tree.tick`.
+            TypeError: See `Tree.tick`.
+        """
+        work = np.empty(self._size)
+        arguments = (self._at, len(self._people), memory, humans, robots, work)
+        code = walk(*arguments, 0, -1, 0)
+        if not code:
+            return work
+        tick = work[:TICK_SIZE].view(TICK)[0]
+        context = None
+        while code:
+            i, row = int(tick["person"]), int(tick["row"])
+            if context is None or context.person is not self._people[i]:
+                context = TickContext(self._people[i], [0.0], humans, robots)
+            try:
+                status = self._interrupted(code, work, tick, context)
+            except Exception as error:
+                error.add_note(f"in the tree {self._programs[i].name!r}")
+                raise
+            code = walk(*arguments, i, row, status)
+        return work
+
+    def _interrupted(
+        self, code: int, work: Array, tick: Any, context: TickContext
+    ) -> int:
+        """Does what the walk was interrupted for; returns the node's status."""
+        program = self._programs[tick["person"]]
+        node = program.nodes[tick["row"]]
+        own = work[self.memory][self.memories[tick["person"]]]
+        memory: list[float] = own.tolist()
+        memory[GOAL_INDEX] = float(tick["goal"])
+        if code == READ_PORTS:
+            values = {name: node.read(name, memory) for name in node.ports}
+            check_thresholds(node, values)
+            ports = node.type.ports
+            numbers = [ports[it].number(value) for it, value in values.items()]
+            work[self._values][: len(numbers)] = numbers
+            return PORTS_READ
+        if code != RUN_LEAF:
+            entry = program.names[tick["slot"]].partition(" ")[0]
+            raise node.error(f"nothing has set {entry} yet")
+        command = work[_COMMAND]
+        before = (command.tolist(), int(work[_BEHAVIOR_STATUS]))
+        context.begin(memory, *before, int(tick["noticed"]))
+        status = program.leaves[tick["row"]](context, memory)
+        check_written(node, context, memory, before)
+        command[:] = context.command
+        work[_BEHAVIOR_STATUS] = context.behavior_status
+        tick["noticed"] = context.noticed
+        tick["goal"] = memory[GOAL_INDEX]
+        own[:] = memory
+        return status
+
+
+def _slices(lengths: Sequence[int]) -> list[slice]:
+    """Returns the slices of consecutive parts of these lengths."""
+    ends = itertools.accumulate(lengths, initial=0)
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]
