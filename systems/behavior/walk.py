@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.behavior.nodes.control_flow import SCRATCH_SIZE
+from hunav_drake.systems.behavior.nodes.compiled_leaf import address_of
+from hunav_drake.systems.behavior.nodes.control_flow import IDLE, SCRATCH_SIZE
 from hunav_drake.systems.behavior.nodes.language_nodes import check_thresholds
 from hunav_drake.systems.behavior.nodes.pointers import MAX_PORTS
 from hunav_drake.systems.behavior.nodes.program import Program
 from hunav_drake.systems.behavior.nodes.scripts import (
+    COMPILE_LEAF,
     READ_PORTS,
     RUN_LEAF,
     STACK_SIZE,
@@ -24,11 +26,11 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
 from hunav_drake.systems.behavior.nodes.walk_kernel import PORTS_READ, walk
 from hunav_drake.systems.behavior.tick_checks import check_written
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import COMMAND_SIZE
+from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.world.obstacles import Obstacles
 
 _COMMAND = slice(COMMAND_AT, COMMAND_AT + COMMAND_SIZE)
-_BEHAVIOR_STATUS = COMMAND_AT + COMMAND_SIZE
+_BEHAVIOR_STATUS = TICK.names.index("behavior_status")
 _NO_WALLS = Obstacles.from_shapes([], solid=[]).table
 
 
@@ -93,6 +95,7 @@ class Walk:
                 "scratch": 8 * scratch.start,
                 "values": 8 * values.start,
                 "stack": 8 * stack.start,
+                "distances": 8 * stack.stop,
                 "noticed": -1,
             }
             for name, value in fields.items():
@@ -150,7 +153,7 @@ class Walk:
             BehaviorTreeError: See `Tree.tick`.
             TypeError: See `Tree.tick`.
         """
-        work = np.empty(self._size)
+        work = np.empty(self._size + len(robots) // STATE_SIZE)
         arguments = (self._at, len(self._people), memory, humans, robots, work)
         code = walk(*arguments, 0, -1, 0)
         if not code:
@@ -178,6 +181,9 @@ class Walk:
         own = work[self.memory][self.memories[tick["person"]]]
         memory: list[float] = own.tolist()
         memory[GOAL_INDEX] = float(tick["goal"])
+        if code == COMPILE_LEAF:
+            program.rows[tick["row"]]["leaf"] = address_of(node.type.leaf)
+            return IDLE
         if code == READ_PORTS:
             values = {name: node.read(name, memory) for name in node.ports}
             check_thresholds(node, values)

@@ -1,7 +1,6 @@
 """Compiled leaves: functions that `walk` calls by their address.
 
-Such a leaf is compiled, or read from disk, when the first tree with it is made
-to walk; the others are not.
+Such a leaf is compiled, or read from disk, when it is first called.
 """
 
 from typing import Any, NamedTuple

@@ -29,6 +29,7 @@ from hunav_drake.systems.behavior.nodes.operations import (
 from hunav_drake.systems.behavior.nodes.pointers import array_at, call_leaf
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.scripts import (
+    COMPILE_LEAF,
     READ_PORTS,
     RUN_LEAF,
     halt,
@@ -147,6 +148,9 @@ def enter(tick, row, has_read):
     scratch = _scratch(tick, row)
     operation = node.operation
     at = tick.numbers + 8 * node.first_port
+    if node.leaf == 0 and operation in (CONDITION, ACTION, AROUND):
+        interrupt(tick, row, COMPILE_LEAF, 0)
+        return 0
     if node.is_checked:
         if not has_read and not _read_ports(tick, node):
             interrupt(tick, row, READ_PORTS, 0)
@@ -216,7 +220,7 @@ def enter(tick, row, has_read):
         return row + 1
     if operation == IF:
         return max(_child(tick, row, np.int64(memory[node.first])), row + 1)
-    if operation == WHILE or operation == MAPPED:
+    if operation in (WHILE, MAPPED):
         return row + 1
     if operation == SWITCH:
         chosen = 0
@@ -300,11 +304,11 @@ def resume(tick, row, child, status):
         memory[node.first] = 0.0 if status == node.b else scratch[1]
         return -status
     if operation == RUN_ONCE:
-        if status == SUCCESS or status == FAILURE:
+        if status in (SUCCESS, FAILURE):
             memory[node.first] = status
         return -status
     if operation == DELAY:
-        if status == SUCCESS or status == FAILURE:
+        if status in (SUCCESS, FAILURE):
             memory[node.first] = 0.0
         return -status
     if operation == TIMEOUT:
@@ -313,7 +317,7 @@ def resume(tick, row, child, status):
         elif status != SKIPPED:
             memory[node.first] = 0.0
         return -status
-    if operation == IF or operation == WHILE:
+    if operation in (IF, WHILE):
         return _branch(tick, row, child, status)
     if operation == SWITCH:
         index = rows[child].index
@@ -356,7 +360,7 @@ def _branch(tick, row, child, status):
         if is_if:
             memory[node.first] = index
         return -RUNNING
-    if index == 0 and (status == SUCCESS or status == FAILURE):
+    if index == 0 and (status in (SUCCESS, FAILURE)):
         index = 1 if status == SUCCESS else 2
         if not is_if:
             other = _child(tick, row, 3 - index)

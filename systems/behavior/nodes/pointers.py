@@ -8,6 +8,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
+from hunav_drake.systems.common.kernels import VECTOR
+
 # The largest number of ports of a leaf.
 MAX_PORTS = 12
 
@@ -22,7 +24,17 @@ def _pointer(context, builder, address, item):
 @intrinsic
 def array_at(typing_context, address, size, dtype):
     """Returns the array of a size at an address, which owns nothing."""
-    array = types.Array(dtype.dtype, 1, "C")
+    return _viewing(types.Array(dtype.dtype, 1, "C"), dtype)
+
+
+@intrinsic
+def vector_at(typing_context, address, size):
+    """Returns the numbers at an address, only to be read."""
+    return _viewing(VECTOR)
+
+
+def _viewing(array, *more):
+    """Returns the type and the code of a function that views memory."""
 
     def generate(context, builder, signature, arguments):
         view = make_array(array)(context, builder)
@@ -40,7 +52,7 @@ def array_at(typing_context, address, size, dtype):
         )
         return view._getvalue()
 
-    return array(int64, int64, dtype), generate
+    return array(int64, int64, *more), generate
 
 
 @intrinsic

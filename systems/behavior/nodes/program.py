@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hunav_drake.systems.behavior.nodes.compiled_leaf import address_of
 from hunav_drake.systems.behavior.nodes.node import LeafFunction, Node
 from hunav_drake.systems.behavior.nodes.operations import Instruction
 from hunav_drake.systems.behavior.nodes.port import Constant
@@ -36,6 +35,7 @@ class Program:
         names: The name of each number of the memory.
         leaves: What ticks each leaf in Python, by its place in `nodes`.
         rows: A row of `ROW` for each node, from the top down, and one more.
+            A leaf is compiled, and its address is set, when it is first called.
         slots: A row of `SLOT` for each number of the memory.
         ports: A row of `PORT` for each port.
         numbers: The number of each port that is a constant.
@@ -50,7 +50,7 @@ class Program:
         names: Sequence[str],
         initial: Sequence[float],
     ) -> None:
-        """Constructs the tables of a tree; compiles its leaves if need be.
+        """Constructs the tables of a tree.
 
         Args:
             name: The ID of the tree.
@@ -137,7 +137,7 @@ class Program:
             "first_port": first,
             "num_ports": len(ports),
             "is_checked": is_checked,
-            "leaf": address_of(node.type.leaf) if node.type.leaf else 0,
+            "leaf": 0,
         }
 
     def _add_scripts(self, node: Node) -> dict[str, int]:

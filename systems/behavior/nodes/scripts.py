@@ -28,8 +28,8 @@ from hunav_drake.systems.common.kernels import INTEGER, REAL, jit_as, jit_inline
 STACK_SIZE = 64
 
 # Why a walk was interrupted: to run a leaf in Python; to read ports in Python;
-# and because a script reads an entry that nothing has set.
-RUN_LEAF, READ_PORTS, UNSET_ENTRY = 1, 2, 3
+# to compile a leaf; and because a script reads an entry that nothing has set.
+RUN_LEAF, READ_PORTS, COMPILE_LEAF, UNSET_ENTRY = 1, 2, 3, 4
 
 _REAL = np.dtype(np.float64)
 _INTEGER = np.dtype(np.int64)
@@ -85,7 +85,7 @@ def run_script(tick, row, script):
             stack[top] = stack[top] == 0
         elif code == TRUTH:
             stack[top] = stack[top] != 0
-        elif code == AND or code == OR:
+        elif code in (AND, OR):
             if (stack[top] != 0) == (code == OR):
                 at += np.int64(value)
             else:

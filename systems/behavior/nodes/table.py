@@ -38,7 +38,7 @@ class Row:
     num_ports: int
     is_checked: int
 
-    # The address of a compiled leaf, or 0.
+    # The address of a compiled leaf; 0 until it is called.
     leaf: int
 
     # Whether anything is to be asked before it begins; its scripts.

@@ -10,21 +10,23 @@ from typing import get_type_hints
 import numba
 import numpy as np
 
-from hunav_drake.systems.behavior.nodes.pointers import array_at
+from hunav_drake.systems.behavior.nodes.pointers import array_at, vector_at
 from hunav_drake.systems.common.kernels import jit_inline
 from hunav_drake.systems.common.layout import STATE_FIELDS
-from hunav_drake.systems.world.ray_cast import first_hit
-from hunav_drake.systems.world.walls import opened
+from hunav_drake.systems.world.ray_cast import ray_cast
 
 
 class Tick:
     """The fields of a tick; compiled code has a record of them.
 
-    The first are the person's row of `human_states`, in W; then comes the
-    command of the person, laid out as `layout.Command`: before any leaf
-    writes, it is to walk to the current goal. Leaves write the command and
-    the behavior status, and only read the rest. Arrays are addresses.
+    First comes the behavior status, then the person's row of `human_states`,
+    in W, then the command of the person, laid out as `layout.Command`: before
+    any leaf writes, it is to walk to the current goal. Leaves write the
+    command and the behavior status, and only read the rest. Arrays are
+    addresses.
     """
+
+    behavior_status: float
 
     x: float
     y: float
@@ -47,7 +49,6 @@ class Tick:
     yaw_target: float
     group_id: float
 
-    behavior_status: float
     # The index of the current goal, and of the robot to react to, or -1.
     goal: int
     noticed: int
@@ -94,6 +95,8 @@ class Tick:
     scratch: int
     values: int
     stack: int
+    # For each robot a number, for leaves.
+    distances: int
 
     # Where the walk was interrupted, and why: see `walk`.
     person: int
@@ -111,7 +114,8 @@ TICK = np.dtype(
 TICK_RECORD = numba.from_dtype(TICK)
 STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
 
-# In a tick, the numbers from the command on, and how many words it has.
+# In a tick, the numbers before the state and before the command, and of all.
+STATE_AT = TICK.names.index("x")
 COMMAND_AT = TICK.names.index("goal_x")
 TICK_SIZE = len(TICK)
 
@@ -189,15 +193,15 @@ def robot_of(tick):
 
 @jit_inline
 def walls_of(tick):
-    """Returns the walls that the person cannot walk through."""
-    return opened(array_at(tick.walls, tick.walls_size, _REAL))
+    """Returns `Obstacles.table` of what the person cannot walk through."""
+    return vector_at(tick.walls, tick.walls_size)
 
 
 @jit_inline
 def sees(tick, x, y):
     """Returns whether nothing hides a point in W from the person."""
-    walls = opened(array_at(tick.hiding, tick.hiding_size, _REAL))
-    return first_hit(tick.x, tick.y, x, y, walls) > 1
+    hiding = vector_at(tick.hiding, tick.hiding_size)
+    return ray_cast(tick.x, tick.y, x, y, hiding) > 1
 
 
 @jit_inline
@@ -207,4 +211,4 @@ def cast_ray(tick, start, x, y):
     Returns the fraction of the ray at which it meets the first wall, in
     [0, 1]; infinity if it meets none.
     """
-    return first_hit(start.x, start.y, x, y, walls_of(tick))
+    return ray_cast(start.x, start.y, x, y, walls_of(tick))

@@ -26,6 +26,7 @@ from hunav_drake.systems.behavior.nodes.scripts import (
 )
 from hunav_drake.systems.behavior.nodes.tick import (
     COMMAND_AT,
+    STATE_AT,
     TICK,
     TICK_RECORD,
     TICK_SIZE,
@@ -92,7 +93,7 @@ def _walk_tree(tick, row, status):
         if status == IDLE and rows_of(tick)[row].asks:
             status = _asked(tick, row)
             result = -status
-        if status == IDLE or status == PORTS_READ:
+        if status in (IDLE, PORTS_READ):
             result = enter(tick, row, status == PORTS_READ)
         while result < 0 and tick.code == 0:
             _note(tick, row, -result)
@@ -114,7 +115,7 @@ def _begin(tick, words, memory, humans, robots):
     tick.num_robots = len(robots) // STATE_SIZE
     own = STATE_SIZE * tick.index
     for i in range(STATE_SIZE):
-        words[i] = humans[own + i]
+        words[STATE_AT + i] = humans[own + i]
     is_outside = tick.initial != 0 and tick.x == OUTSIDE
     after = memory_of(tick)
     for i in range(tick.num_slots):
@@ -141,8 +142,7 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
 
     Args:
         people: The address of a record `TICK` for each person, with all that
-            does not change; `memory` to `stack` are the bytes before them in
-            `work`.
+            does not change; addresses in `work` are counted from its begin.
         count: The number of people.
         memory: The memories of all people.
         humans: See `layout`.
@@ -167,6 +167,7 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
             tick.scratch += base
             tick.values += base
             tick.stack += base
+            tick.distances += base
             tick.person = i
             if not _begin(tick, work, memory, humans, robots):
                 _walk_tree(tick, 0, IDLE)

@@ -15,6 +15,7 @@ from hunav_drake.systems.behavior.leaves.spots import (
     way_off,
     way_past,
 )
+from hunav_drake.systems.behavior.nodes.tick import STATE
 from hunav_drake.systems.world.obstacles import Obstacles
 
 BODY, DISC = 0.25, 0.35
@@ -35,7 +36,8 @@ def moved(point, turn, mirror):
 def row(x, y, yaw=0.0, speed=0.0, turn=0.0, mirror=False):
     yaw = (-yaw if mirror else yaw) + turn
     velocity = (speed * math.cos(yaw), speed * math.sin(yaw))
-    return [*moved((x, y), turn, mirror), yaw, *velocity, 0.0, DISC]
+    numbers = (*moved((x, y), turn, mirror), yaw, *velocity, 0.0, DISC)
+    return np.array([numbers], STATE)[0]
 
 
 def corridor(width, end=None):
@@ -48,7 +50,9 @@ def corridor(width, end=None):
 def spot(person, robot, table, gap=0.3, least=0.1, away=0.0, others=()):
     drive = drive_of(robot, person)
     wanted = Wanted(gap, least, 1.2, away)
-    return find_spot(person, BODY, drive, wanted, list(others), table)
+    people = np.array([tuple(row(*it)) for it in others], STATE)
+    found = find_spot(person, BODY, drive, wanted, people, -1, table)
+    return found if found.gap > -math.inf else None
 
 
 def test_free_way_ends_a_body_before_a_wall():
@@ -57,7 +61,7 @@ def test_free_way_ends_a_body_before_a_wall():
     assert free == pytest.approx(2.0 - BODY - WALL_GAP)
     assert free_way(table, 0.0, 0.0, 1.0, 0.0, 0.5, BODY, 0.0) == 0.5
     assert free_way(table, 0.0, 0.0, -1.0, 0.0, 9.0, BODY, 0.0) == 9.0
-    assert free_way(None, 0.0, 0.0, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
+    assert free_way(lines([]), 0.0, 0.0, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
     # Its side meets the wall's end.
     assert free_way(table, 0.0, 1.2, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
     assert free_way(table, 0.0, 1.2, 1.0, 0.0, 9.0, BODY, DISC) < 2.0
@@ -101,8 +105,8 @@ def test_nobody_crosses_close_before_a_robot():
 
 def test_spot_is_not_where_somebody_stands():
     robot = row(-4, 0, 0, 0.6)
-    assert spot(row(0, 0.2), robot, None).y > 0
-    other = spot(row(0, 0.2), robot, None, others=[(0.0, 1.0)])
+    assert spot(row(0, 0.2), robot, lines([])).y > 0
+    other = spot(row(0, 0.2), robot, lines([]), others=[(0.0, 1.0)])
     assert math.dist(other[2:4], (0.0, 1.0)) > 2 * BODY
 
 
@@ -137,7 +141,8 @@ def way_off_of(person, robot, table):
 
 
 def way_past_of(person, robot, table):
-    return way_past(person, BODY, drive_of(robot, person), table)
+    found = way_past(person, BODY, drive_of(robot, person), table)
+    return found if found.gap > -math.inf else None
 
 
 def test_way_off_leads_straight_on_and_around_corners():
