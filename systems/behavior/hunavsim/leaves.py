@@ -50,8 +50,11 @@ from hunav_drake.systems.people.single_precision import (
     sine,
 )
 
-UNSEEN_IN_TURN = float(RobotRole.UNSEEN_IN_TURN)
-STAY = float(Hold.STAY)
+# The status of the child before it is ticked.
+_BEFORE = float(IDLE)
+
+_UNSEEN_IN_TURN = float(RobotRole.UNSEEN_IN_TURN)
+_STAY = float(Hold.STAY)
 
 _Speed = Annotated[float, within(0, 10, "m/s")]
 _Distance = Annotated[float, within(0, 1e5, "m")]
@@ -107,7 +110,7 @@ def _distance(tick, robot):
 @jit_inline
 def _react(tick):
     """Sets what all reactions share: the robot exerts no force."""
-    tick.robot_role = UNSEEN_IN_TURN
+    tick.robot_role = _UNSEEN_IN_TURN
     tick.behavior_status = 1
 
 
@@ -156,7 +159,7 @@ def _is_goal_reached(tick: Tick) -> bool:
 @jit
 def _update_goal(tick: Tick) -> NodeStatus:
     """Drops the first goal, and stands still for the step."""
-    tick.hold = STAY
+    tick.hold = _STAY
     return SUCCESS if next_goal(tick) else FAILURE
 
 
@@ -171,7 +174,7 @@ def _surprised_nav(
         return FAILURE
     left = _bearing(tick, robots_of(tick)[index])
     _react(tick)
-    tick.hold = STAY
+    tick.hold = _STAY
     _turn_at_once(tick, tick.yaw + (-turn if left < 0 else min(left, turn)))
     return SUCCESS
 
@@ -207,7 +210,7 @@ def _curious_nav(
     distance = _distance(tick, robot)
     _react(tick)
     if distance <= stop_distance:
-        tick.hold = STAY
+        tick.hold = _STAY
         _turn_at_once(tick, tick.yaw + _bearing(tick, robot))
     else:
         part = float32(distance) / float32(speed_distance)
@@ -247,7 +250,7 @@ def _follow_goals(tick: Tick, own: Array, status: float) -> int:
     A step to the own goal that ends within its radius drops the goal; and the
     behavior status stays as it is in a step without a walk or a reaction.
     """
-    if status == IDLE:
+    if status == _BEFORE:
         if own[0] and has_goal(tick):
             x, y = goal_of(tick)
             if math.hypot(x - tick.x, y - tick.y) <= tick.reach:

@@ -1,7 +1,7 @@
 """Finds room to let a robot pass: functions on numbers and walls; compiled.
 
-Robots and people are rows of `STATE`, walls are `Obstacles.table`. A robot is given by
-its `Drive`. All numbers are in W, in meters and m/s.
+Robots and people are rows of `STATE`, walls are `Obstacles.table`. A robot is
+given by its `Drive`. All numbers are in W, in meters and m/s.
 """
 
 import math
