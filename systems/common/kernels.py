@@ -200,6 +200,9 @@ jit_generator = _compiled
 # Small functions that are part of what calls them need not be kept, either.
 jit_inline = _compiled
 
+# Large ones that are called from one place, and should be part of it.
+jit_part = numba.njit(error_model="numpy", forceinline=True)
+
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)

@@ -35,8 +35,8 @@ from hunav_drake.systems.behavior.nodes.tick import (
     goal_of,
     has_goal,
     next_goal,
+    robot_at,
     robot_of,
-    robots_of,
     sees,
 )
 from hunav_drake.systems.common.arrays import Array
@@ -131,9 +131,8 @@ def _is_robot_visible(
 ) -> bool:
     """Holds if a robot is near and in view; the nearest is noticed."""
     nearest, found = math.inf, -1
-    robots = robots_of(tick)
-    for i in range(len(robots)):
-        robot = robots[i]
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
         dx, dy = _offset(tick, robot)
         if float64(dx * dx + dy * dy) > distance * distance:
             continue
@@ -172,7 +171,7 @@ def _surprised_nav(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    left = _bearing(tick, robots_of(tick)[index])
+    left = _bearing(tick, robot_at(tick, index))
     _react(tick)
     tick.hold = _STAY
     _turn_at_once(tick, tick.yaw + (-turn if left < 0 else min(left, turn)))
@@ -206,7 +205,7 @@ def _curious_nav(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    robot = robots_of(tick)[index]
+    robot = robot_at(tick, index)
     distance = _distance(tick, robot)
     _react(tick)
     if distance <= stop_distance:
@@ -231,7 +230,7 @@ def _threatening_nav(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    robot = robots_of(tick)[index]
+    robot = robot_at(tick, index)
     yaw = float32(wrapped(_single(robot.yaw)))
     x = _single(robot.x) + goal_distance * float64(sine(yaw))
     y = _single(robot.y) + goal_distance * float64(cosine(yaw))

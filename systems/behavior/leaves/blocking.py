@@ -23,8 +23,8 @@ from hunav_drake.systems.behavior.nodes.status import (
 from hunav_drake.systems.behavior.nodes.tick import (
     Tick,
     cast_ray,
+    robot_at,
     robot_of,
-    robots_of,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -88,7 +88,7 @@ def block_robot(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    it = robots_of(tick)[index]
+    it = robot_at(tick, index)
     tick.behavior_status = 1
     # (The way leads clear of it.)
     tick.robot_role = UNSEEN

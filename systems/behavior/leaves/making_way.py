@@ -48,10 +48,9 @@ from hunav_drake.systems.behavior.nodes.status import (
 from hunav_drake.systems.behavior.nodes.tick import (
     Tick,
     cast_ray,
-    humans_of,
+    human_at,
+    robot_at,
     robot_of,
-    robots_of,
-    walls_of,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -94,6 +93,7 @@ _AT_WALL = 0.6
 # The stages of making way, and the slots of memory.
 _GO_BACK, _GO_ASIDE, _WAIT, _GO_AWAY, _GO_PAST = 1.0, 2.0, 3.0, 4.0, 5.0
 _STAGE, _PLACES, _WAITED, _ROBOT, _HELD, _NEEDED = 0, 1, 5, 6, 7, 8
+_SIZE = 9
 
 
 @register_action(
@@ -144,11 +144,11 @@ def make_way(
         index = int(own[_ROBOT])
         tick.noticed = index
     else:
-        for i in range(len(own)):
+        for i in range(_SIZE):
             own[i] = 0.0
         own[_ROBOT] = index
         own[_NEEDED] = _LEAST
-    robot = robots_of(tick)[index]
+    robot = robot_at(tick, index)
     drive = drive_of(robot, tick)
     own[_WAITED] += drive.speed * seconds <= drive.along
     if drive.along < -drive.both or steps_reach(
@@ -202,15 +202,7 @@ def _elsewhere(drive, clearance):
 @jit_inline
 def _choose(tick, own, drive, gap, least, pace, away):
     """Chooses the spot to go to, or to go away from the robot."""
-    spot = find_spot(
-        tick,
-        tick.body_radius,
-        drive,
-        Wanted(gap, least, pace, away),
-        humans_of(tick),
-        tick.index,
-        walls_of(tick),
-    )
+    spot = find_spot(tick, drive, Wanted(gap, least, pace, away))
     own[_STAGE] = _GO_AWAY
     if spot.gap > -math.inf:
         own[_STAGE] = _GO_BACK
@@ -256,9 +248,8 @@ def _is_held(tick, own, robot, clearance):
 @jit_inline
 def _is_another_ahead(tick, robot):
     """Returns whether a robot may be standing for another person."""
-    humans = humans_of(tick)
-    for i in range(len(humans)):
-        drive = drive_of(robot, humans[i])
+    for i in range(tick.num_humans):
+        drive = drive_of(robot, human_at(tick, i))
         near = 0 < drive.along < drive.both + _NEARBY
         if i != tick.index and near and _gap(drive) < _LEAST:
             return True
@@ -310,7 +301,7 @@ def _goes_away(tick, own, drive, pace, deceleration):
     """
     if drive.along - drive.both > _LEAD:
         return False
-    dx, dy, free = way_off(tick, tick.body_radius, drive, walls_of(tick))
+    dx, dy, free = way_off(tick, drive)
     if free <= _ON_WAY:
         return False
     own[_HELD] = own[_HELD] + 1 if speed_of(tick) < STANDING else 0.0
@@ -329,11 +320,10 @@ def _goes_away(tick, own, drive, pace, deceleration):
 @jit_inline
 def _look_past(tick, own, drive):
     """Decides to go past a robot that stands, where no other way is left."""
-    walls = walls_of(tick)
-    _, _, free = way_off(tick, tick.body_radius, drive, walls)
+    _, _, free = way_off(tick, drive)
     if free > _ON_WAY:
         return
-    spot = way_past(tick, tick.body_radius, drive, walls)
+    spot = way_past(tick, drive)
     if spot.gap > -math.inf:
         own[_STAGE] = _GO_PAST
         _set_places(own, spot)

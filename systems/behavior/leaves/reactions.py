@@ -26,7 +26,7 @@ from hunav_drake.systems.behavior.nodes.status import (
     SUCCESS,
     NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.tick import Tick, robot_of, robots_of
+from hunav_drake.systems.behavior.nodes.tick import Tick, robot_at, robot_of
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.schema import within
 
@@ -48,7 +48,7 @@ def surprised_nav(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    it = robots_of(tick)[index]
+    it = robot_at(tick, index)
     come_to_rest(tick, deceleration)
     face(tick, it.x, it.y, turn_rate)
     tick.behavior_status = 1
@@ -106,7 +106,7 @@ def curious_nav(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    it = robots_of(tick)[index]
+    it = robot_at(tick, index)
     distance = math.hypot(it.x - tick.x, it.y - tick.y)
     tick.robot_role = ROLES[int(robot)]
     if distance <= stop_distance:
@@ -144,7 +144,7 @@ def threatening_nav(
     index = robot_of(tick)
     if index < 0:
         return FAILURE
-    it = robots_of(tick)[index]
+    it = robot_at(tick, index)
     tick.robot_role = ROLES[int(robot)]
     x = it.x + goal_distance * math.cos(it.yaw)
     y = it.y + goal_distance * math.sin(it.yaw)

@@ -12,13 +12,13 @@ import numpy as np
 from hunav_drake.systems.behavior.leaves.pacing import speed_of, wrapped
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import array_at
+from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_condition
 from hunav_drake.systems.behavior.nodes.tick import (
     Tick,
     goal_of,
     has_goal,
-    robots_of,
+    robot_at,
     sees,
 )
 from hunav_drake.systems.common.arrays import Array
@@ -43,8 +43,6 @@ Distance = Annotated[float, within(0, 1e5, "m")]
 # The columns of `before_goal`.
 AHEAD, BESIDE, ROW = 0, 1, 2
 
-_REAL = np.dtype(np.float64)
-
 
 @jit_inline
 def course(robot):
@@ -58,14 +56,14 @@ def course(robot):
 @jit_inline
 def _is_clear(tick, index, occlusion):
     """Returns whether no wall hides a robot; always without `occlusion`."""
-    robot = robots_of(tick)[index]
+    robot = robot_at(tick, index)
     return occlusion == 0 or sees(tick, robot.x, robot.y)
 
 
 @jit_inline
 def _fitting(tick):
     """Returns an array for the distance of each robot; else infinity."""
-    return array_at(tick.distances, tick.num_robots, _REAL)
+    return numbers_at(tick.distances)
 
 
 @jit_inline
@@ -77,7 +75,7 @@ def _notice_nearest(tick, occlusion):
     found = _fitting(tick)
     while True:
         nearest, index = math.inf, -1
-        for i in range(len(found)):
+        for i in range(tick.num_robots):
             if found[i] < nearest:
                 nearest, index = found[i], i
         if index < 0:
@@ -113,10 +111,11 @@ def is_robot_visible(
     robot remembers it for the time `memory`; with `track`, that time does not
     run while the robot is merely out of view: near, and not behind a wall.
     """
-    robots, found = robots_of(tick), _fitting(tick)
-    for i in range(len(robots)):
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
         found[i] = math.inf
-        dx, dy = robots[i].x - tick.x, robots[i].y - tick.y
+        dx, dy = robot.x - tick.x, robot.y - tick.y
         away = math.hypot(dx, dy)
         is_noticed = own[2] != 0 and i == own[1]
         if away > distance + (hysteresis if is_noticed else 0.0):
@@ -132,11 +131,11 @@ def is_robot_visible(
         return True
     remembered = int(own[1])
     # (The memory may be of a trial with more robots.)
-    if own[0] == 0 or not 0 <= remembered < len(robots):
+    if own[0] == 0 or not 0 <= remembered < tick.num_robots:
         own[2] = 0.0
         return False
     tick.noticed = remembered
-    robot = robots[remembered]
+    robot = robot_at(tick, remembered)
     away = math.hypot(robot.x - tick.x, robot.y - tick.y)
     is_near = away <= distance + hysteresis and _is_clear(
         tick, remembered, occlusion
@@ -171,9 +170,9 @@ def is_robot_approaching(
     must_face = bool(head_on)
     if at_rest and speed_of(tick) < SLOW:
         must_face = False
-    robots, found = robots_of(tick), _fitting(tick)
-    for i in range(len(robots)):
-        robot = robots[i]
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
         found[i] = math.inf
         hx, hy = course(robot)
         rx, ry = tick.x - robot.x, tick.y - robot.y
@@ -209,7 +208,7 @@ def is_robot_in_the_way(
         return False
     clearance = between(tick, clearance, gap)
     found = _fitting(tick)
-    for i in range(len(found)):
+    for i in range(tick.num_robots):
         found[i] = math.inf
     for it in before_goal(tick, distance, clearance, 0.0):
         if abs(it[BESIDE]) < clearance:
@@ -220,7 +219,8 @@ def is_robot_in_the_way(
 @jit_inline
 def _is_any_near(tick, distance):
     """Returns whether any robot's center is at most a distance away."""
-    for robot in robots_of(tick):
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
         if math.hypot(robot.x - tick.x, robot.y - tick.y) <= distance:
             return True
     return False
@@ -233,7 +233,8 @@ def between(tick, clearance, gap):
     It is `clearance`, or what leaves a `gap` above 0 between the bodies.
     """
     if gap > 0:
-        for robot in robots_of(tick):
+        for i in range(tick.num_robots):
+            robot = robot_at(tick, i)
             clearance = max(clearance, tick.radius + robot.radius + gap)
     return clearance
 
@@ -260,9 +261,9 @@ def before_goal(tick, distance, clearance, behind):
     if length == 0:
         return found[:0]
     gx, gy = gx / length, gy / length
-    robots = robots_of(tick)
-    for i in range(len(robots)):
-        dx, dy = robots[i].x - tick.x, robots[i].y - tick.y
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        dx, dy = robot.x - tick.x, robot.y - tick.y
         ahead, beside = dx * gx + dy * gy, gx * dy - gy * dx
         if math.hypot(dx, dy) > distance or not -behind < ahead < length:
             continue
@@ -298,7 +299,7 @@ _WAITING = {
 @jit_inline
 def _begin_anew(own):
     own[0] = 0.0
-    for i in range(1, len(own)):
+    for i in range(1, 5):
         own[i] = math.inf
 
 
@@ -325,7 +326,7 @@ def is_robot_waiting(
         if own[1] != math.inf:
             _begin_anew(own)
         return False
-    robot = robots_of(tick)[index]
+    robot = robot_at(tick, index)
     moved = math.hypot(tick.x - own[1], tick.y - own[2])
     driven = math.hypot(robot.x - own[3], robot.y - own[4])
     if not (moved <= _STILL and driven <= _STILL):
@@ -349,9 +350,8 @@ def is_robot_waiting(
 def _nearest_ahead(tick, distance, margin):
     """Returns the row of the nearest robot that has the person ahead, or -1."""
     nearest, found = math.inf, -1
-    robots = robots_of(tick)
-    for i in range(len(robots)):
-        robot = robots[i]
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
         rx, ry = tick.x - robot.x, tick.y - robot.y
         body = robot.radius + tick.radius
         # (Most robots are far away, most of the time.)

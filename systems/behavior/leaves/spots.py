@@ -1,7 +1,6 @@
 """Finds room to let a robot pass: functions on numbers and walls; compiled.
 
-Robots and people are rows of `STATE`, walls are `Obstacles.table`. A robot is
-given by its `Drive`. All numbers are in W, in meters and m/s.
+A robot is given by its `Drive`. All numbers are in W, in meters and m/s.
 """
 
 import math
@@ -9,6 +8,7 @@ from typing import NamedTuple
 
 from hunav_drake.systems.behavior.leaves.pacing import STANDING, speed_of
 from hunav_drake.systems.behavior.leaves.robot_conditions import course
+from hunav_drake.systems.behavior.nodes.tick import human_at, walls_of
 from hunav_drake.systems.common.kernels import jit_inline
 from hunav_drake.systems.world.ray_cast import ray_cast
 
@@ -120,7 +120,7 @@ class Wanted(NamedTuple):
 
 
 @jit_inline
-def find_spot(person, body, drive, wanted, others, index, walls):
+def find_spot(tick, drive, wanted):
     """Returns the spot beside a robot's way to let it pass, if there is one.
 
     It is abreast of the person, or farther back along the way if that leaves
@@ -128,17 +128,8 @@ def find_spot(person, body, drive, wanted, others, index, walls):
     side, or on the other if that has more room and time is left to cross; if
     in doubt, on the robot's left, the right of a person who faces it. It is
     not taken by others who stand.
-
-    Args:
-        person: The row of the person.
-        body: The radius of the body itself.
-        drive: The robot's.
-        wanted: The requirements.
-        others: The rows of all people.
-        index: The place of the person among them.
-        walls: The walls.
     """
-    x, y, radius = person.x, person.y, person.radius
+    x, y = tick.x, tick.y
     gap = wanted.gap
     hx, hy = drive.hx, drive.hy
     near = -1.0 if drive.beside < -_BESIDE else 1.0
@@ -146,7 +137,7 @@ def find_spot(person, body, drive, wanted, others, index, walls):
     best, spot = -math.inf, NOWHERE
     back = 0.0
     while back <= _BACK:
-        if back > 0 and free_way(walls, x, y, hx, hy, back, body, 0.0) < back:
+        if back > 0 and free_way(tick, x, y, hx, hy, back, 0.0) < back:
             break
         px, py = x + back * hx, y + back * hy
         for side in (near, -near):
@@ -154,13 +145,13 @@ def find_spot(person, body, drive, wanted, others, index, walls):
             if side != near and not _can_cross(drive, back, way, wanted.pace):
                 continue
             nx, ny = -side * hy, side * hx
-            free = free_way(walls, px, py, nx, ny, way, body, radius)
+            free = free_way(tick, px, py, nx, ny, way, tick.radius)
             room = side * drive.beside + free - drive.both
             sx, sy = px + free * nx, py + free * ny
             if (
                 room < least
                 or math.hypot(sx - x, sy - y) < wanted.away
-                or _is_taken(sx, sy, body, others, index)
+                or _is_taken(tick, sx, sy)
             ):
                 continue
             worth = min(room, gap) - _PER_METER * back
@@ -184,33 +175,33 @@ def _can_cross(drive, back, way, pace):
 
 
 @jit_inline
-def _is_taken(x, y, body, others, index):
-    """Returns whether another stands where a body is to stand."""
-    apart = 2 * body + _APART
-    for i in range(len(others)):
-        it = others[i]
-        stands = i != index and speed_of(it) < STANDING
+def _is_taken(tick, x, y):
+    """Returns whether another stands where the person is to stand."""
+    apart = 2 * tick.body_radius + _APART
+    for i in range(tick.num_humans):
+        it = human_at(tick, i)
+        stands = i != tick.index and speed_of(it) < STANDING
         if stands and math.hypot(x - it.x, y - it.y) < apart:
             return True
     return False
 
 
 @jit_inline
-def free_way(walls, x, y, dx, dy, way, body, beside):
-    """Returns the length of a straight way that is free for a body, in meters.
+def free_way(tick, x, y, dx, dy, way, beside):
+    """Returns the length of a straight way that is free for the body, in m.
 
     It leads from (x, y) in the direction (dx, dy), a unit vector, over the
-    length `way`. `body` is the radius of the body, and `beside` must be free on
-    either side of its middle.
+    length `way`; `beside` must be free on either side of its middle.
     """
     if way <= 0:
         return 0.0
-    off = body + WALL_GAP
+    off = tick.body_radius + WALL_GAP
     reach = way + off
     free = way
     for shift in (0.0, beside, -beside):
         sx, sy = x - shift * dy, y + shift * dx
-        part = ray_cast(sx, sy, sx + reach * dx, sy + reach * dy, walls)
+        end_x, end_y = sx + reach * dx, sy + reach * dy
+        part = ray_cast(sx, sy, end_x, end_y, walls_of(tick))
         free = min(free, reach * part - off)
         if beside == 0:
             break
@@ -218,7 +209,7 @@ def free_way(walls, x, y, dx, dy, way, body, beside):
 
 
 @jit_inline
-def way_off(person, body, drive, walls):
+def way_off(tick, drive):
     """Returns a way off from a robot: a direction, and its free length.
 
     It is straight on along the robot's way; if that is blocked, to the side by
@@ -231,7 +222,7 @@ def way_off(person, body, drive, walls):
         turn = first * ((k + 1) // 2) * _TURN * (1.0 if k % 2 else -1.0)
         c, s = math.cos(turn), math.sin(turn)
         dx, dy = c * drive.hx - s * drive.hy, s * drive.hx + c * drive.hy
-        free = free_way(walls, person.x, person.y, dx, dy, _SIGHT, body, body)
+        free = free_way(tick, tick.x, tick.y, dx, dy, _SIGHT, tick.body_radius)
         if free >= _FREE:
             return dx, dy, free
         if k == 0:
@@ -240,25 +231,25 @@ def way_off(person, body, drive, walls):
 
 
 @jit_inline
-def way_past(person, body, drive, walls):
+def way_past(tick, drive):
     """Returns the way past a robot that stands, if bodies fit.
 
     It leads to the wall, on the side with more room, and along it to behind
-    the robot. The arguments are those of `find_spot`.
+    the robot.
     """
     hx, hy = drive.hx, drive.hy
     behind = drive.along + drive.both + _BEHIND
-    radius = drive.both - person.radius
+    radius = drive.both - tick.radius
     best, spot = SQUEEZE, NOWHERE
     near = -1.0 if drive.beside < -_BESIDE else 1.0
     for side in (near, -near):
         way = max(drive.both + _LEAST_PAST - side * drive.beside, 0.0)
         nx, ny = -side * hy, side * hx
-        x, y = person.x, person.y
-        free = free_way(walls, x, y, nx, ny, way, body, 0.0)
-        room = side * drive.beside + free - radius - body
+        x, y = tick.x, tick.y
+        free = free_way(tick, x, y, nx, ny, way, 0.0)
+        room = side * drive.beside + free - radius - tick.body_radius
         x, y = x + free * nx, y + free * ny
-        far = free_way(walls, x, y, -hx, -hy, behind, body, 0.0)
+        far = free_way(tick, x, y, -hx, -hy, behind, 0.0)
         if room > best and far >= behind:
             best = room + _SLIGHT
             spot = Spot(x, y, x - behind * hx, y - behind * hy, room)

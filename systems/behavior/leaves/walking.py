@@ -27,9 +27,9 @@ from hunav_drake.systems.behavior.nodes.tick import (
     Tick,
     goal_of,
     has_goal,
-    humans_of,
+    human_at,
     next_goal,
-    robots_of,
+    robot_at,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import MAX_BEHAVIOR_STATUS
 from hunav_drake.systems.common.arrays import Array
@@ -95,7 +95,8 @@ def _is_taken(tick, x, y, distance):
         return False
     standing = 0
     is_blocked = False
-    for it in humans_of(tick):
+    for i in range(tick.num_humans):
+        it = human_at(tick, i)
         if (
             math.hypot(it.x - x, it.y - y) < distance
             and speed_of(it) < _STANDING
@@ -200,12 +201,11 @@ def keep_place(tick: Tick, own: Array, speed: PortSpeed = 0.6) -> NodeStatus:
 @jit_inline
 def _is_blocked(tick, x, y):
     """Returns whether a robot or another person is on the way to a place."""
-    for robot in robots_of(tick):
-        if _is_on_way(tick, x, y, robot):
+    for i in range(tick.num_robots):
+        if _is_on_way(tick, x, y, robot_at(tick, i)):
             return True
-    humans = humans_of(tick)
-    for i in range(len(humans)):
-        if i != tick.index and _is_on_way(tick, x, y, humans[i]):
+    for i in range(tick.num_humans):
+        if i != tick.index and _is_on_way(tick, x, y, human_at(tick, i)):
             return True
     return False
 

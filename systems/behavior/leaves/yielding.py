@@ -49,8 +49,8 @@ from hunav_drake.systems.behavior.nodes.tick import (
     cast_ray,
     goal_of,
     has_goal,
+    robot_at,
     robot_of,
-    robots_of,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -99,7 +99,7 @@ def stand_still(
     come_to_rest(tick, deceleration)
     index = robot_of(tick)
     if index >= 0:
-        robot = robots_of(tick)[index]
+        robot = robot_at(tick, index)
         face(tick, robot.x, robot.y, turn_rate)
     tick.behavior_status = status
     own[0] += 1
@@ -222,7 +222,7 @@ def _keeps_off(tick, robots, lane, room):
     body = tick.body_radius
     gx, gy = way(tick)
     for it in robots:
-        row = robots_of(tick)[int(it[ROW])]
+        row = robot_at(tick, int(it[ROW]))
         both = body + row.radius
         along = row.vx * gx + row.vy * gy
         needed = min(room, SQUEEZE) if speed_of(row) < SLOW else room
@@ -325,7 +325,7 @@ def _wall_beside(tick, robots, clearance, side):
     for i in range(1, len(robots)):
         if side * robots[i, BESIDE] > side * robots[outermost, BESIDE]:
             outermost = i
-    row = robots_of(tick)[int(robots[outermost, ROW])]
+    row = robot_at(tick, int(robots[outermost, ROW]))
     reach = clearance + tick.radius + _WALL_GAP
     wall = reach * cast_ray(
         tick, row, row.x - side * reach * gy, row.y + side * reach * gx

@@ -6,6 +6,7 @@ of the child to tick, or the status of the node with a minus, or 0 if the walk
 is interrupted.
 """
 
+from numba import void
 import numpy as np
 
 from hunav_drake.systems.behavior.nodes.operations import (
@@ -26,7 +27,12 @@ from hunav_drake.systems.behavior.nodes.operations import (
     TIMEOUT,
     WHILE,
 )
-from hunav_drake.systems.behavior.nodes.pointers import array_at, call_leaf
+from hunav_drake.systems.behavior.nodes.pointers import (
+    call_leaf,
+    integers_at,
+    numbers_at,
+    record_at,
+)
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.scripts import (
     COMPILE_LEAF,
@@ -34,8 +40,7 @@ from hunav_drake.systems.behavior.nodes.scripts import (
     RUN_LEAF,
     halt,
     interrupt,
-    memory_of,
-    rows_of,
+    row_at,
 )
 from hunav_drake.systems.behavior.nodes.status import (
     FAILURE as _FAILURE,
@@ -46,7 +51,12 @@ from hunav_drake.systems.behavior.nodes.status import (
 )
 from hunav_drake.systems.behavior.nodes.table import PORT
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
-from hunav_drake.systems.common.kernels import INTEGER, jit_as, jit_inline
+from hunav_drake.systems.common.kernels import (
+    INTEGER,
+    jit_as,
+    jit_inline,
+    jit_part,
+)
 
 # (Compiled code knows them as numbers.)
 IDLE, RUNNING, SUCCESS = int(_IDLE), int(_RUNNING), int(_SUCCESS)
@@ -58,9 +68,6 @@ MAX_CYCLES_PER_TICK = 100
 
 # The numbers that each node keeps for the time of a tick.
 SCRATCH_SIZE = 4
-
-_REAL = np.dtype(np.float64)
-_INTEGER = np.dtype(np.int64)
 
 
 @jit_inline
@@ -76,55 +83,54 @@ def steps_reach(steps, time_step, seconds):
 @jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
 def _child(tick, row, index):
     """Returns the row of a child; 0 after the last one."""
-    rows = rows_of(tick)
-    if index >= rows[row].children:
+    if index >= row_at(tick, row).children:
         return 0
     child = row + 1
     for _ in range(index):
-        child = rows[child].end
+        child = row_at(tick, child).end
     return child
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
-def _following(tick, row, child):
+@jit_inline
+def _following(tick, node, child):
     """Returns the row of the child after one; 0 after the last one."""
-    rows = rows_of(tick)
-    return rows[child].end if rows[child].end < rows[row].end else 0
+    following = row_at(tick, child).end
+    return following if following < node.end else 0
 
 
 @jit_inline
 def _scratch(tick, row):
-    return array_at(
-        tick.scratch + 8 * SCRATCH_SIZE * row, SCRATCH_SIZE, _INTEGER
-    )
+    return integers_at(tick.scratch + 8 * SCRATCH_SIZE * row)
+
+
+@jit_inline
+def _tidy(tick, row):
+    """Halts the children of a node that completes while none runs.
+
+    Only nodes that count can have left something, when they were skipped.
+    """
+    node = row_at(tick, row)
+    if node.counts:
+        halt(tick, row + 1, node.end)
 
 
 @jit_inline
 def _number(tick, node, port):
     """Returns the number of a port that takes any entry, perhaps UNSET."""
-    ports = array_at(tick.ports, node.first_port + node.num_ports, PORT)
-    slot = ports[node.first_port + port].slot
+    slot = record_at(tick.ports, node.first_port + port, PORT).slot
     if slot >= 0:
-        return memory_of(tick)[slot]
-    return array_at(tick.numbers + 8 * node.first_port, node.num_ports, _REAL)[
-        port
-    ]
+        return numbers_at(tick.memory)[slot]
+    return numbers_at(tick.numbers)[node.first_port + port]
 
 
 @jit_inline
 def _read_ports(tick, node):
     """Reads the ports; returns whether all that are entries surely fit."""
-    memory = memory_of(tick)
-    ports = array_at(tick.ports, node.first_port + node.num_ports, PORT)
-    constants = array_at(
-        tick.numbers + 8 * node.first_port, node.num_ports, _REAL
-    )
-    values = array_at(tick.values, node.num_ports, _REAL)
+    values = numbers_at(tick.values)
     for i in range(node.num_ports):
-        port = ports[node.first_port + i]
-        value = constants[i]
+        port = record_at(tick.ports, node.first_port + i, PORT)
+        value = _number(tick, node, i)
         if port.slot >= 0:
-            value = memory[port.slot]
             if not port.low <= value <= port.high:
                 return False
             if port.is_whole and value % 1 != 0:
@@ -133,36 +139,44 @@ def _read_ports(tick, node):
     return True
 
 
-@jit_inline
-def _call(tick, node, count, values):
-    own = array_at(tick.memory + 8 * node.first, node.size, _REAL)
+@jit_part
+def _call(tick, node, ports):
+    """Calls a compiled leaf."""
+    own = numbers_at(tick.memory + 8 * node.first)
     remembers = np.int64(node.size > 0)
-    return call_leaf(node.leaf, count, remembers, tick, own, values)
+    return call_leaf(node.leaf, node.num_ports, remembers, tick, own, ports)
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
+@jit_as(void, TICK_RECORD, INTEGER, INTEGER)
+def _call_after(tick, row, status):
+    """Tells the leaf of `AROUND` the status of the child."""
+    values = numbers_at(tick.values)
+    values[0] = status
+    _call(tick, row_at(tick, row), values)
+
+
+@jit_part
 def enter(tick, row, has_read):
     """Ticks a node, whose ports Python may have read."""
-    node = rows_of(tick)[row]
-    memory = memory_of(tick)
+    node = row_at(tick, row)
+    memory = numbers_at(tick.memory)
     scratch = _scratch(tick, row)
     operation = node.operation
     at = tick.numbers + 8 * node.first_port
-    if node.leaf == 0 and operation in (CONDITION, ACTION, AROUND):
-        interrupt(tick, row, COMPILE_LEAF, 0)
-        return 0
     if node.is_checked:
         if not has_read and not _read_ports(tick, node):
             interrupt(tick, row, READ_PORTS, 0)
             return 0
         at = tick.values
-    ports = array_at(at, node.num_ports, _REAL)
-    if operation == CONDITION:
-        return (
-            -SUCCESS if _call(tick, node, node.num_ports, ports) else -FAILURE
-        )
-    if operation == ACTION:
-        return -_call(tick, node, node.num_ports, ports)
+    ports = numbers_at(at)
+    if operation <= AROUND:
+        if node.leaf == 0:
+            interrupt(tick, row, COMPILE_LEAF, 0)
+            return 0
+        result = _call(tick, node, ports)
+        if operation == CONDITION:
+            return -SUCCESS if result else -FAILURE
+        return -result if operation == ACTION else row + 1
     if operation == PYTHON:
         interrupt(tick, row, RUN_LEAF, 0)
         return 0
@@ -180,17 +194,9 @@ def enter(tick, row, has_read):
         value = _number(tick, node, 0)
         if value == UNSET:
             return -FAILURE
-        slot = array_at(tick.ports, node.first_port + 2, PORT)[
-            node.first_port + 1
-        ].slot
+        slot = record_at(tick.ports, node.first_port + 1, PORT).slot
         memory[slot] = value
         return -SUCCESS
-    if operation == AROUND:
-        scratch[0] = 0
-        values = array_at(tick.values, 1, _REAL)
-        values[0] = IDLE
-        _call(tick, node, 1, values)
-        return row + 1
     if operation == AGAIN:
         scratch[0] = np.int64(ports[0])
         scratch[1] = np.int64(memory[node.first])
@@ -233,7 +239,7 @@ def enter(tick, row, has_read):
         if before >= 0 and before != chosen:
             child = _child(tick, row, before)
             if child:
-                halt(tick, child, rows_of(tick)[child].end)
+                halt(tick, child, row_at(tick, child).end)
         return _child(tick, row, chosen)
     # PARALLEL
     scratch[0] = _threshold(ports[0], node.children)
@@ -243,42 +249,41 @@ def enter(tick, row, has_read):
     return _tick_rest(tick, row, row + 1, False)
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+@jit_part
 def resume(tick, row, child, status):
     """Goes on with a node after its child was ticked."""
-    rows = rows_of(tick)
-    node = rows[row]
-    memory = memory_of(tick)
+    node = row_at(tick, row)
+    memory = numbers_at(tick.memory)
     scratch = _scratch(tick, row)
     operation = node.operation
     if operation == ORDERED:
         following = 0
         if status == node.a or status == SKIPPED:
             scratch[1] += status == SKIPPED
-            after = _following(tick, row, child)
+            after = _following(tick, node, child)
             if after:
                 return after
             status = SKIPPED if scratch[1] == node.children else node.a
         elif status == RUNNING:
-            memory[node.first] = rows[child].index
+            memory[node.first] = row_at(tick, child).index
             memory[node.first + 1] = scratch[1]
             return -RUNNING
         elif node.b:
-            following = rows[child].index
+            following = row_at(tick, child).index
         memory[node.first] = following
         memory[node.first + 1] = 0.0
-        halt(tick, row + 1, node.end)
+        _tidy(tick, row)
         return -status
     if operation == REACTIVE:
         if status == RUNNING:
             halt(tick, row + 1, child)
-            halt(tick, rows[child].end, node.end)
+            halt(tick, row_at(tick, child).end, node.end)
             return -RUNNING
         if status == node.a or status == SKIPPED:
             if status == SKIPPED:
                 scratch[1] += 1
-                halt(tick, child, rows[child].end)
-            after = _following(tick, row, child)
+                halt(tick, child, row_at(tick, child).end)
+            after = _following(tick, node, child)
             if after:
                 return after
             status = SKIPPED if scratch[1] == node.children else node.a
@@ -291,9 +296,7 @@ def resume(tick, row, child, status):
             return -node.b
         return -(node.c if status == FAILURE else node.d)
     if operation == AROUND:
-        values = array_at(tick.values, 1, _REAL)
-        values[0] = status
-        _call(tick, node, 1, values)
+        _call_after(tick, row, status)
         return -status
     if operation == AGAIN:
         if status == node.a:
@@ -320,7 +323,7 @@ def resume(tick, row, child, status):
     if operation in (IF, WHILE):
         return _branch(tick, row, child, status)
     if operation == SWITCH:
-        index = rows[child].index
+        index = row_at(tick, child).index
         memory[node.first] = index + 1 if status == RUNNING else 0
         if status != RUNNING and status != SKIPPED:
             halt(tick, row + 1, node.end)
@@ -329,16 +332,16 @@ def resume(tick, row, child, status):
     if status == SKIPPED:
         scratch[2] += 1
     elif status != RUNNING:
-        memory[node.first + rows[child].index] = status
+        memory[node.first + row_at(tick, child).index] = status
     return _tick_rest(tick, row, child, True)
 
 
 @jit_as(INTEGER, TICK_RECORD, INTEGER)
 def _tick_again(tick, row):
     """Ticks the child of Repeat or RetryUntilSuccessful, if it is due."""
-    node = rows_of(tick)[row]
+    node = row_at(tick, row)
     scratch = _scratch(tick, row)
-    memory = memory_of(tick)
+    memory = numbers_at(tick.memory)
     if scratch[0] != -1 and scratch[1] >= scratch[0]:
         memory[node.first] = 0.0
         return -node.a
@@ -351,11 +354,10 @@ def _tick_again(tick, row):
 @jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
 def _branch(tick, row, child, status):
     """Goes on with IfThenElse or WhileDoElse after its child was ticked."""
-    rows = rows_of(tick)
-    node = rows[row]
-    memory = memory_of(tick)
+    node = row_at(tick, row)
+    memory = numbers_at(tick.memory)
     is_if = node.operation == IF
-    index = rows[child].index
+    index = row_at(tick, child).index
     if status == RUNNING:
         if is_if:
             memory[node.first] = index
@@ -365,13 +367,15 @@ def _branch(tick, row, child, status):
         if not is_if:
             other = _child(tick, row, 3 - index)
             if other:
-                halt(tick, other, rows[other].end)
+                halt(tick, other, row_at(tick, other).end)
         chosen = _child(tick, row, index)
         if chosen:
             return chosen
     if is_if:
         memory[node.first] = 0.0
-    halt(tick, row + 1, node.end)
+        _tidy(tick, row)
+    else:
+        halt(tick, row + 1, node.end)
     return -status
 
 
@@ -388,18 +392,17 @@ def _tick_rest(tick, row, child, ticked):
     They are those from one on, or from the one after if it has just been
     ticked.
     """
-    rows = rows_of(tick)
-    node = rows[row]
+    node = row_at(tick, row)
     scratch = _scratch(tick, row)
-    done = array_at(tick.memory + 8 * node.first, node.children, _REAL)
+    done = numbers_at(tick.memory + 8 * node.first)
     while child:
-        if done[rows[child].index] == 0 and not ticked:
+        if done[row_at(tick, child).index] == 0 and not ticked:
             return child
         ticked = False
         successes, failures = 0, 0
-        for status in done:
-            successes += status == SUCCESS
-            failures += status == FAILURE
+        for i in range(node.children):
+            successes += done[i] == SUCCESS
+            failures += done[i] == FAILURE
         # A threshold counted from the end counts skipped children in.
         if scratch[3]:
             successes += scratch[2]
@@ -410,5 +413,5 @@ def _tick_rest(tick, row, child, ticked):
                 done[i] = 0.0
             halt(tick, row + 1, node.end)
             return -SUCCESS if is_won else -FAILURE
-        child = _following(tick, row, child)
+        child = _following(tick, node, child)
     return -SKIPPED if scratch[2] == node.children else -RUNNING

@@ -6,14 +6,16 @@ which has their meaning.
 
 from typing import NamedTuple
 
-# Leaves: compiled, and in Python.
-CONDITION, ACTION, PYTHON = 0, 1, 2
+# Compiled leaves, and a decorator that calls one before and after its child.
+CONDITION, ACTION, AROUND = 0, 1, 2
+# A leaf in Python.
+PYTHON = 3
 # The actions of the language: gives a status; sets a blackboard entry.
-GIVE, SET = 3, 4
+GIVE, SET = 4, 5
 # Sequences and fallbacks.
-ORDERED, REACTIVE = 5, 6
-# Decorators: maps each status to another; asks a leaf before and after.
-MAPPED, AROUND = 7, 8
+ORDERED, REACTIVE = 6, 7
+# Decorators: maps each status to another; those that count.
+MAPPED = 8
 AGAIN, RUN_ONCE, DELAY, TIMEOUT = 9, 10, 11, 12
 # Nodes that choose a child, and Parallel.
 IF, WHILE, SWITCH, PARALLEL = 13, 14, 15, 16

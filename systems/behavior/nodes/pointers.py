@@ -13,56 +13,60 @@ from hunav_drake.systems.common.kernels import VECTOR
 # The largest number of ports of a leaf.
 MAX_PORTS = 12
 
-NUMBERS = types.Array(float64, 1, "C")
-
-
-def _pointer(context, builder, address, item):
-    kind = context.get_data_type(item).as_pointer()
-    return builder.inttoptr(address, kind)
+# Numbers in memory: reference counts of arrays would take most of the time.
+NUMBERS = types.CPointer(float64)
 
 
 @intrinsic
-def array_at(typing_context, address, size, dtype):
-    """Returns the array of a size at an address, which owns nothing."""
-    return _viewing(types.Array(dtype.dtype, 1, "C"), dtype)
+def numbers_at(typing_context, address):
+    """Returns the numbers at an address, which have no length."""
+    return _pointing(NUMBERS)
+
+
+@intrinsic
+def integers_at(typing_context, address):
+    """Returns the integers at an address, which have no length."""
+    return _pointing(types.CPointer(int64))
+
+
+def _pointing(pointer):
+    def generate(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], context.get_value_type(pointer))
+
+    return pointer(int64), generate
+
+
+@intrinsic
+def record_at(typing_context, address, index, dtype):
+    """Returns one of several records that begin at an address."""
+    record = dtype.dtype
+
+    def generate(context, builder, signature, arguments):
+        pointer = context.get_data_type(record).as_pointer()
+        first = builder.inttoptr(arguments[0], pointer)
+        return builder.gep(first, [arguments[1]])
+
+    return record(int64, int64, dtype), generate
 
 
 @intrinsic
 def vector_at(typing_context, address, size):
-    """Returns the numbers at an address, only to be read."""
-    return _viewing(VECTOR)
-
-
-def _viewing(array, *more):
-    """Returns the type and the code of a function that views memory."""
+    """Returns the vector at an address, only to be read."""
 
     def generate(context, builder, signature, arguments):
-        view = make_array(array)(context, builder)
-        item = context.get_constant(
-            types.intp,
-            context.get_abi_sizeof(context.get_data_type(array.dtype)),
-        )
+        view = make_array(VECTOR)(context, builder)
+        eight = context.get_constant(types.intp, 8)
         populate_array(
             view,
-            data=_pointer(context, builder, arguments[0], array.dtype),
+            data=builder.inttoptr(arguments[0], view.data.type),
             shape=[arguments[1]],
-            strides=[item],
-            itemsize=item,
+            strides=[eight],
+            itemsize=eight,
             meminfo=None,
         )
         return view._getvalue()
 
-    return array(int64, int64, *more), generate
-
-
-@intrinsic
-def record_at(typing_context, address, dtype):
-    """Returns the record at an address."""
-
-    def generate(context, builder, signature, arguments):
-        return _pointer(context, builder, arguments[0], dtype.dtype)
-
-    return dtype.dtype(int64, dtype), generate
+    return VECTOR(int64, int64), generate
 
 
 def leaf_signature(record, ports, remembers):
@@ -83,7 +87,6 @@ def call_leaf(typing_context, address, ports, remembers, tick, own, values):
 
     def generate(context, builder, signature, arguments):
         address, ports, remembers, tick, own, values = arguments
-        data = make_array(NUMBERS)(context, builder, values).data
         result = cgutils.alloca_once(builder, context.get_value_type(int64))
         end = builder.append_basic_block("end")
         # A leaf has one of these signatures.
@@ -100,7 +103,9 @@ def call_leaf(typing_context, address, ports, remembers, tick, own, values):
                 )
                 numbers = [
                     builder.load(
-                        builder.gep(data, [context.get_constant(types.intp, i)])
+                        builder.gep(
+                            values, [context.get_constant(types.intp, i)]
+                        )
                     )
                     for i in range(count)
                 ]

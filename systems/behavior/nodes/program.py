@@ -5,7 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from hunav_drake.systems.behavior.nodes.node import LeafFunction, Node
-from hunav_drake.systems.behavior.nodes.operations import Instruction
+from hunav_drake.systems.behavior.nodes.operations import (
+    AGAIN,
+    AROUND,
+    DELAY,
+    TIMEOUT,
+    Instruction,
+)
 from hunav_drake.systems.behavior.nodes.port import Constant
 from hunav_drake.systems.behavior.nodes.table import PORT, ROW, SLOT, STEP
 
@@ -13,6 +19,7 @@ from hunav_drake.systems.behavior.nodes.table import PORT, ROW, SLOT, STEP
 RUNNING_SLOT = "(running)"
 
 _END = Instruction(-1)
+_CONSTANT = (-1, 0.0, 0.0, False)
 
 # The columns of scripts, by attribute.
 _SCRIPTS = {
@@ -93,9 +100,12 @@ class Program:
             **self._add_ports(node),
             **self._add_scripts(node),
         }
+        counts = node.type.operation.code in (AGAIN, DELAY, TIMEOUT)
         for i, child in enumerate(node.children):
             self._add(child, number, i)
         fields["end"] = self._count
+        below = self.rows["counts"][number + 1 : self._count]
+        fields["counts"] = counts or (below > 0).any()
         for name, value in fields.items():
             self.rows[number][name] = value
         if fields["on_halted"] >= 0:
@@ -127,15 +137,19 @@ class Program:
             if isinstance(value, Constant):
                 is_any = port.takes_any
                 number = value.number if is_any else port.number(value.value)
-                self._ports.append((-1, 0.0, 0.0, False))
+                self._ports.append(_CONSTANT)
                 self._numbers.append(number)
             else:
                 is_checked |= not port.takes_any
                 self._ports.append((value.slot, *port.bounds()))
                 self._numbers.append(0.0)
+        # (The status that `AROUND` tells its leaf.)
+        around = node.type.operation.code == AROUND
+        self._numbers += [0.0] * around
+        self._ports += [_CONSTANT] * around
         return {
             "first_port": first,
-            "num_ports": len(ports),
+            "num_ports": len(ports) + around,
             "is_checked": is_checked,
             "leaf": 0,
         }

@@ -17,7 +17,11 @@ from hunav_drake.systems.behavior.nodes.operations import (
     OR,
     TRUTH,
 )
-from hunav_drake.systems.behavior.nodes.pointers import array_at
+from hunav_drake.systems.behavior.nodes.pointers import (
+    integers_at,
+    numbers_at,
+    record_at,
+)
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.table import ROW, SLOT, STEP
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
@@ -31,20 +35,11 @@ STACK_SIZE = 64
 # to compile a leaf; and because a script reads an entry that nothing has set.
 RUN_LEAF, READ_PORTS, COMPILE_LEAF, UNSET_ENTRY = 1, 2, 3, 4
 
-_REAL = np.dtype(np.float64)
-_INTEGER = np.dtype(np.int64)
-
 
 @jit_inline
-def rows_of(tick):
-    """Returns the rows of the tree, and one more: see `Row`."""
-    return array_at(tick.rows, tick.num_rows + 1, ROW)
-
-
-@jit_inline
-def memory_of(tick):
-    """Returns the person's memory."""
-    return array_at(tick.memory, tick.num_slots, _REAL)
+def row_at(tick, row):
+    """Returns a row of the tree, perhaps the one after the last: see `Row`."""
+    return record_at(tick.rows, row, ROW)
 
 
 @jit_as(void, TICK_RECORD, INTEGER, INTEGER, INTEGER)
@@ -62,16 +57,17 @@ def run_script(tick, row, script):
 
     If an entry is not set, it interrupts the walk.
     """
-    memory = memory_of(tick)
-    steps = array_at(tick.steps, tick.num_steps, STEP)
-    stack = array_at(tick.stack, STACK_SIZE, _REAL)
+    memory = numbers_at(tick.memory)
+    stack = numbers_at(tick.stack)
     # The place of the last value on the stack.
     top = -1
     at = script
-    while steps[at].code >= 0:
-        code = steps[at].code
-        value = steps[at].value
+    while True:
+        step = record_at(tick.steps, at, STEP)
+        code, value = step.code, step.value
         at += 1
+        if code < 0:
+            break
         if code == NUMBER:
             top += 1
             stack[top] = value
@@ -119,16 +115,16 @@ def halt(tick, begin, end):
     It runs the scripts `_onHalted`, first those of the nodes below, and resets
     the numbers that do not outlive a halt.
     """
-    rows = rows_of(tick)
-    memory = memory_of(tick)
-    for row in array_at(tick.halted, tick.num_halted, _INTEGER):
-        begun = rows[row].begun
-        if begin <= row < end and memory[begun] != 0:
-            memory[begun] = 0.0
-            run_script(tick, row, rows[row].on_halted)
-    slots = array_at(tick.slots, tick.num_slots, SLOT)
+    memory = numbers_at(tick.memory)
+    for i in range(tick.num_halted):
+        row = integers_at(tick.halted)[i]
+        node = row_at(tick, row)
+        if begin <= row < end and memory[node.begun] != 0:
+            memory[node.begun] = 0.0
+            run_script(tick, row, node.on_halted)
     # (Backwards: the flag of a leaf is the first of its numbers.)
-    for i in range(rows[end].slots - 1, rows[begin].slots - 1, -1):
-        flag = slots[i].flag
-        if flag >= 0 and memory[flag] != 0:
-            memory[i] = slots[i].initial
+    first = row_at(tick, begin).slots
+    for i in range(row_at(tick, end).slots - 1, first - 1, -1):
+        slot = record_at(tick.slots, i, SLOT)
+        if slot.flag >= 0 and memory[slot.flag] != 0:
+            memory[i] = slot.initial

@@ -25,6 +25,9 @@ class Row:
     children: int
     end: int
 
+    # Whether it, or a node below, counts cycles or steps.
+    counts: int
+
     # The first slot of it and all below; of its own numbers, and how many; of
     # the flags that it has begun, and that an action runs, or -1.
     slots: int

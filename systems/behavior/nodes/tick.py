@@ -10,9 +10,13 @@ from typing import get_type_hints
 import numba
 import numpy as np
 
-from hunav_drake.systems.behavior.nodes.pointers import array_at, vector_at
+from hunav_drake.systems.behavior.nodes.pointers import (
+    numbers_at,
+    record_at,
+    vector_at,
+)
 from hunav_drake.systems.common.kernels import jit_inline
-from hunav_drake.systems.common.layout import STATE_FIELDS
+from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_FIELDS
 from hunav_drake.systems.world.ray_cast import ray_cast
 
 
@@ -119,25 +123,23 @@ STATE_AT = TICK.names.index("x")
 COMMAND_AT = TICK.names.index("goal_x")
 TICK_SIZE = len(TICK)
 
-_REAL = np.dtype(np.float64)
+
+@jit_inline
+def human_at(tick, index):
+    """Returns the state of one of the people: a record `STATE`."""
+    return record_at(tick.humans, index, STATE)
 
 
 @jit_inline
-def humans_of(tick):
-    """Returns the states of all people: an array of `STATE`."""
-    return array_at(tick.humans, tick.num_humans, STATE)
+def robot_at(tick, index):
+    """Returns the state of one of the robots: a record `STATE`."""
+    return record_at(tick.robots, index, STATE)
 
 
 @jit_inline
-def robots_of(tick):
-    """Returns the states of all robots: an array of `STATE`."""
-    return array_at(tick.robots, tick.num_robots, STATE)
-
-
-@jit_inline
-def commands_of(tick, goal):
+def command_to(tick, goal):
     """Returns the command to walk to a goal: see `Person.commands`."""
-    return array_at(tick.commands + 96 * goal, 12, _REAL)
+    return numbers_at(tick.commands + 8 * COMMAND_SIZE * goal)
 
 
 @jit_inline
@@ -149,7 +151,7 @@ def has_goal(tick):
 @jit_inline
 def goal_of(tick):
     """Returns the current goal in W, in meters; there must be one."""
-    command = commands_of(tick, tick.goal)
+    command = command_to(tick, tick.goal)
     return command[0], command[1]
 
 
@@ -164,7 +166,7 @@ def next_goal(tick):
     tick.goal += 1
     if tick.cyclic and tick.goal == tick.num_goals:
         tick.goal = 0
-    command = commands_of(tick, tick.goal)
+    command = command_to(tick, tick.goal)
     tick.goal_x = command[0]
     tick.goal_y = command[1]
     tick.has_goal = command[3]
@@ -180,12 +182,12 @@ def robot_of(tick):
     """
     if tick.noticed >= 0:
         return tick.noticed
-    robots = robots_of(tick)
+    if tick.num_robots < 2:
+        return tick.num_robots - 1
     found, nearest = -1, math.inf
-    for i in range(len(robots)):
-        if len(robots) == 1:
-            return 0
-        away = math.hypot(robots[i].x - tick.x, robots[i].y - tick.y)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        away = math.hypot(robot.x - tick.x, robot.y - tick.y)
         if away < nearest:
             found, nearest = i, away
     return found

@@ -6,7 +6,6 @@ its status.
 """
 
 from numba import void
-import numpy as np
 
 from hunav_drake.systems.behavior.nodes.control_flow import (
     FAILURE,
@@ -17,20 +16,15 @@ from hunav_drake.systems.behavior.nodes.control_flow import (
     enter,
     resume,
 )
-from hunav_drake.systems.behavior.nodes.pointers import array_at, record_at
-from hunav_drake.systems.behavior.nodes.scripts import (
-    halt,
-    memory_of,
-    rows_of,
-    run_script,
-)
+from hunav_drake.systems.behavior.nodes.pointers import numbers_at, record_at
+from hunav_drake.systems.behavior.nodes.scripts import halt, row_at, run_script
 from hunav_drake.systems.behavior.nodes.tick import (
     COMMAND_AT,
     STATE_AT,
     TICK,
     TICK_RECORD,
     TICK_SIZE,
-    commands_of,
+    command_to,
 )
 from hunav_drake.systems.common.kernels import (
     CHANGED_VECTOR,
@@ -38,20 +32,19 @@ from hunav_drake.systems.common.kernels import (
     VECTOR,
     jit_as,
     jit_inline,
+    jit_part,
 )
 from hunav_drake.systems.common.layout import COMMAND_SIZE, OUTSIDE, STATE_SIZE
 
 # In place of a status: the ports of the node have been read.
 PORTS_READ = -1
 
-_REAL = np.dtype(np.float64)
-
 
 @jit_as(INTEGER, TICK_RECORD, INTEGER)
 def _asked(tick, row):
     """Returns the status that the conditions before a node give, or IDLE."""
-    node = rows_of(tick)[row]
-    if node.begun >= 0 and memory_of(tick)[node.begun] != 0:
+    node = row_at(tick, row)
+    if node.begun >= 0 and numbers_at(tick.memory)[node.begun] != 0:
         if (
             node.holds_while >= 0
             and run_script(tick, row, node.holds_while) == 0
@@ -70,37 +63,41 @@ def _asked(tick, row):
     return IDLE
 
 
-@jit_as(void, TICK_RECORD, INTEGER, INTEGER)
+@jit_part
 def _note(tick, row, status):
     """Notes the status of a node, and runs the scripts after it."""
-    array_at(tick.statuses, tick.num_rows, _REAL)[row] = status
-    node = rows_of(tick)[row]
+    numbers_at(tick.statuses)[row] = status
+    node = row_at(tick, row)
     if node.running >= 0:
-        memory_of(tick)[node.running] = status == RUNNING
+        numbers_at(tick.memory)[node.running] = status == RUNNING
     if node.begun >= 0:
-        memory_of(tick)[node.begun] = status == RUNNING
-    if status == SUCCESS and node.on_success >= 0:
-        run_script(tick, row, node.on_success)
-    if status == FAILURE and node.on_failure >= 0:
-        run_script(tick, row, node.on_failure)
+        numbers_at(tick.memory)[node.begun] = status == RUNNING
+    script = -1
+    if status == SUCCESS:
+        script = node.on_success
+    elif status == FAILURE:
+        script = node.on_failure
+    if script >= 0:
+        run_script(tick, row, script)
 
 
 @jit_as(void, TICK_RECORD, INTEGER, INTEGER)
 def _walk_tree(tick, row, status):
     """Ticks a tree from its top, or goes on from a node with its status."""
     while True:
-        result = -status
-        if status == IDLE and rows_of(tick)[row].asks:
+        if status == IDLE and row_at(tick, row).asks:
             status = _asked(tick, row)
-            result = -status
+        result = -status
         if status in (IDLE, PORTS_READ):
             result = enter(tick, row, status == PORTS_READ)
-        while result < 0 and tick.code == 0:
-            _note(tick, row, -result)
-            if row == 0:
+        # (A row above 0 is to be ticked, a number below is a status.)
+        while result < 0:
+            status = -result
+            _note(tick, row, status)
+            if row == 0 or tick.code != 0:
                 return
-            child, row = row, rows_of(tick)[row].parent
-            result = resume(tick, row, child, -result)
+            child, row = row, row_at(tick, row).parent
+            result = resume(tick, row, child, status)
         if tick.code != 0:
             return
         row, status = result, IDLE
@@ -117,18 +114,18 @@ def _begin(tick, words, memory, humans, robots):
     for i in range(STATE_SIZE):
         words[STATE_AT + i] = humans[own + i]
     is_outside = tick.initial != 0 and tick.x == OUTSIDE
-    after = memory_of(tick)
+    after = numbers_at(tick.memory)
     for i in range(tick.num_slots):
         after[i] = memory[tick.first_slot + i]
     if is_outside:
-        initial = array_at(tick.initial, tick.num_slots, _REAL)
+        initial = numbers_at(tick.initial)
         for i in range(tick.num_slots):
             after[i] = initial[i]
     tick.goal = min(max(after[0], 0.0), tick.num_goals)
-    command = commands_of(tick, tick.num_goals if is_outside else tick.goal)
+    command = command_to(tick, tick.num_goals if is_outside else tick.goal)
     for i in range(COMMAND_SIZE):
         words[COMMAND_AT + i] = command[i]
-    statuses = array_at(tick.statuses, tick.num_rows, _REAL)
+    statuses = numbers_at(tick.statuses)
     for i in range(tick.num_rows):
         statuses[i] = IDLE
     return is_outside
@@ -156,10 +153,10 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
         0, or why the walk was interrupted, and must be called again.
     """
     base = work.ctypes.data
-    tick = record_at(base, TICK)
+    tick = record_at(base, 0, TICK)
     for i in range(person, count):
         if row < 0:
-            template = array_at(people, count * TICK_SIZE, _REAL)
+            template = numbers_at(people)
             for k in range(TICK_SIZE):
                 work[k] = template[i * TICK_SIZE + k]
             tick.memory += base
@@ -177,7 +174,7 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
             row = -1
         if tick.code != 0:
             return tick.code
-        memory_of(tick)[0] = tick.goal
+        numbers_at(tick.memory)[0] = tick.goal
         commands = TICK_SIZE + len(memory)
         for k in range(COMMAND_SIZE):
             work[commands + COMMAND_SIZE * i + k] = work[COMMAND_AT + k]

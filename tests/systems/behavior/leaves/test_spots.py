@@ -15,10 +15,12 @@ from hunav_drake.systems.behavior.leaves.spots import (
     way_off,
     way_past,
 )
-from hunav_drake.systems.behavior.nodes.tick import STATE
+from hunav_drake.systems.behavior.nodes.tick import STATE, TICK
 from hunav_drake.systems.world.obstacles import Obstacles
 
 BODY, DISC = 0.25, 0.35
+# What the addresses in ticks point to.
+KEPT = []
 
 
 def lines(segments, turn=0.0, mirror=False):
@@ -47,24 +49,43 @@ def corridor(width, end=None):
     return sides
 
 
+def tick_of(person, table, others=()):
+    """The tick of a person among walls and others, who stand."""
+    people = np.array([tuple(row(*it)) for it in others], STATE)
+    tick = np.zeros(1, TICK)[0]
+    for name in STATE.names:
+        tick[name] = person[name]
+    tick["index"] = -1
+    tick["body_radius"] = BODY
+    tick["num_humans"] = len(people)
+    for name, array in (("humans", people), ("walls", table)):
+        tick[name] = array.__array_interface__["data"][0]
+        KEPT.append(array)
+    tick["walls_size"] = len(table)
+    return tick
+
+
 def spot(person, robot, table, gap=0.3, least=0.1, away=0.0, others=()):
     drive = drive_of(robot, person)
     wanted = Wanted(gap, least, 1.2, away)
-    people = np.array([tuple(row(*it)) for it in others], STATE)
-    found = find_spot(person, BODY, drive, wanted, people, -1, table)
+    found = find_spot(tick_of(person, table, others), drive, wanted)
     return found if found.gap > -math.inf else None
+
+
+def free(table, *line):
+    return free_way(tick_of(row(0.0, 0.0), table), *line)
 
 
 def test_free_way_ends_a_body_before_a_wall():
     table = lines([[(2.0, -1.0), (2.0, 1.0)]])
-    free = free_way(table, 0.0, 0.0, 1.0, 0.0, 9.0, BODY, 0.0)
-    assert free == pytest.approx(2.0 - BODY - WALL_GAP)
-    assert free_way(table, 0.0, 0.0, 1.0, 0.0, 0.5, BODY, 0.0) == 0.5
-    assert free_way(table, 0.0, 0.0, -1.0, 0.0, 9.0, BODY, 0.0) == 9.0
-    assert free_way(lines([]), 0.0, 0.0, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
+    length = free(table, 0.0, 0.0, 1.0, 0.0, 9.0, 0.0)
+    assert length == pytest.approx(2.0 - BODY - WALL_GAP)
+    assert free(table, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0) == 0.5
+    assert free(table, 0.0, 0.0, -1.0, 0.0, 9.0, 0.0) == 9.0
+    assert free(lines([]), 0.0, 0.0, 1.0, 0.0, 9.0, 0.0) == 9.0
     # Its side meets the wall's end.
-    assert free_way(table, 0.0, 1.2, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
-    assert free_way(table, 0.0, 1.2, 1.0, 0.0, 9.0, BODY, DISC) < 2.0
+    assert free(table, 0.0, 1.2, 1.0, 0.0, 9.0, 0.0) == 9.0
+    assert free(table, 0.0, 1.2, 1.0, 0.0, 9.0, DISC) < 2.0
 
 
 @pytest.mark.parametrize("width", [2.2, 2.3, 2.6, 4.0])
@@ -137,11 +158,11 @@ def test_spots_turn_with_the_world(turn, mirror, y, width, speed):
 
 
 def way_off_of(person, robot, table):
-    return way_off(person, BODY, drive_of(robot, person), table)
+    return way_off(tick_of(person, table), drive_of(robot, person))
 
 
 def way_past_of(person, robot, table):
-    found = way_past(person, BODY, drive_of(robot, person), table)
+    found = way_past(tick_of(person, table), drive_of(robot, person))
     return found if found.gap > -math.inf else None
 
 
