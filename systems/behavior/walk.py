@@ -30,7 +30,6 @@ from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.world.obstacles import Obstacles
 
 _COMMAND = slice(COMMAND_AT, COMMAND_AT + COMMAND_SIZE)
-_BEHAVIOR_STATUS = TICK.names.index("behavior_status")
 _NO_WALLS = Obstacles.from_shapes([], solid=[]).table
 
 
@@ -116,7 +115,6 @@ class Walk:
             "ports": self._address(program.ports),
             "numbers": self._address(program.numbers),
             "steps": self._address(program.steps),
-            "num_steps": len(program.steps),
             "halted": self._address(program.halted),
             "num_halted": len(program.halted),
         }
@@ -190,17 +188,17 @@ class Walk:
             ports = node.type.ports
             numbers = [ports[it].number(value) for it, value in values.items()]
             work[self._values][: len(numbers)] = numbers
-            return PORTS_READ
+            return int(PORTS_READ)
         if code != RUN_LEAF:
             entry = program.names[tick["slot"]].partition(" ")[0]
             raise node.error(f"nothing has set {entry} yet")
         command = work[_COMMAND]
-        before = (command.tolist(), int(work[_BEHAVIOR_STATUS]))
+        before = (command.tolist(), int(tick["behavior_status"]))
         context.begin(memory, *before, int(tick["noticed"]))
-        status = program.leaves[tick["row"]](context, memory)
+        status: int = program.leaves[tick["row"]](context, memory)
         check_written(node, context, memory, before)
         command[:] = context.command
-        work[_BEHAVIOR_STATUS] = context.behavior_status
+        tick["behavior_status"] = context.behavior_status
         tick["noticed"] = context.noticed
         tick["goal"] = memory[GOAL_INDEX]
         own[:] = memory

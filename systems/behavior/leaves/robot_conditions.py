@@ -184,7 +184,7 @@ def is_robot_approaching(
         is_on_course = abs(hx * ry - hy * rx) <= width
         if is_on_course and (not must_face or facing <= _OPPOSITE):
             found[i] = along
-    return _notice_nearest(tick, occlusion) >= 0
+    return bool(_notice_nearest(tick, occlusion) >= 0)
 
 
 @register_condition("IsRobotInTheWay", ignored=IGNORED)
@@ -213,7 +213,7 @@ def is_robot_in_the_way(
     for it in before_goal(tick, distance, clearance, 0.0):
         if abs(it[BESIDE]) < clearance:
             found[int(it[ROW])] = it[AHEAD]
-    return _notice_nearest(tick, occlusion) >= 0
+    return bool(_notice_nearest(tick, occlusion) >= 0)
 
 
 @jit_inline

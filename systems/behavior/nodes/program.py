@@ -105,7 +105,7 @@ class Program:
             self._add(child, number, i)
         fields["end"] = self._count
         below = self.rows["counts"][number + 1 : self._count]
-        fields["counts"] = counts or (below > 0).any()
+        fields["counts"] = bool(counts or (below > 0).any())
         for name, value in fields.items():
             self.rows[number][name] = value
         if fields["on_halted"] >= 0:
@@ -129,7 +129,7 @@ class Program:
 
     def _add_ports(self, node: Node) -> dict[str, int]:
         first = len(self._ports)
-        is_checked = False
+        is_checked = 0
         # (Leaves in Python read their ports themselves.)
         ports = {} if node.type.build else node.ports
         for name, value in ports.items():
@@ -140,11 +140,11 @@ class Program:
                 self._ports.append(_CONSTANT)
                 self._numbers.append(number)
             else:
-                is_checked |= not port.takes_any
+                is_checked |= int(not port.takes_any)
                 self._ports.append((value.slot, *port.bounds()))
                 self._numbers.append(0.0)
         # (The status that `AROUND` tells its leaf.)
-        around = node.type.operation.code == AROUND
+        around = int(node.type.operation.code == AROUND)
         self._numbers += [0.0] * around
         self._ports += [_CONSTANT] * around
         return {
@@ -159,7 +159,7 @@ class Program:
         after = scripts.pop("_post", ())
         for name in ("_onSuccess", "_onFailure"):
             scripts[name] = (*scripts.get(name, ()), *after)
-        fields = {"asks": node.conditions is not None}
+        fields: dict[str, int] = {"asks": node.conditions is not None}
         for attribute, name in _SCRIPTS.items():
             fields[name] = -1
             if scripts.get(attribute):

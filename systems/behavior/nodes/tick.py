@@ -83,7 +83,6 @@ class Tick:
     ports: int
     numbers: int
     steps: int
-    num_steps: int
     halted: int
     num_halted: int
     memory: int
@@ -109,19 +108,20 @@ class Tick:
     code: int
 
 
+_KINDS = get_type_hints(Tick)
 TICK = np.dtype(
     [
         (name, np.float64 if kind is float else np.int64)
-        for name, kind in get_type_hints(Tick).items()
+        for name, kind in _KINDS.items()
     ]
 )
 TICK_RECORD = numba.from_dtype(TICK)
 STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
 
 # In a tick, the numbers before the state and before the command, and of all.
-STATE_AT = TICK.names.index("x")
-COMMAND_AT = TICK.names.index("goal_x")
-TICK_SIZE = len(TICK)
+STATE_AT = list(_KINDS).index("x")
+COMMAND_AT = list(_KINDS).index("goal_x")
+TICK_SIZE = len(_KINDS)
 
 
 @jit_inline
