@@ -20,6 +20,7 @@ from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import GOAL_INDEX, Person
 from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import STATE_SIZE
 
 # The number of nodes that one tick may tick. Repeat in Repeat in Repeat ...
 # would otherwise let a small tree stop the simulation.
@@ -176,6 +177,7 @@ class Tree:
                 which is then the cause; or if a leaf writes an invalid
                 number: a speed below 0, or one that is not finite.
             TypeError: If a leaf returns no valid status.
+            ValueError: If there are too few numbers.
         """
         return self.trace(person, memory, human_states, robot_states)[0]
 
@@ -197,9 +199,18 @@ class Tree:
         Raises:
             BehaviorTreeError: As `tick`.
         """
+        sizes = (len(memory), len(human_states) // STATE_SIZE)
+        if sizes[0] != len(self.slots) or sizes[1] <= person.index:
+            raise ValueError(
+                f"there must be {len(self.slots)} numbers of memory and more"
+                f" than {person.index} people, got {sizes[0]} and {sizes[1]}"
+            )
         walk = Walk([self.program], [person])
         result = walk.tick(
-            np.asarray(memory, dtype=float), human_states, robot_states
+            *(
+                np.array(it, float)
+                for it in (memory, human_states, robot_states)
+            )
         )
         statuses = tuple(map(NodeStatus, result[walk.node_status].astype(int)))
         outcome = Outcome(

@@ -29,7 +29,10 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
 from hunav_drake.systems.world.obstacles import Obstacles
 
-_COMMAND = slice(COMMAND_AT, COMMAND_AT + COMMAND_SIZE)
+# Parts of a tick: what leaves write, goal and robot, and where it stopped.
+_WRITTEN = slice(COMMAND_AT - 1, COMMAND_AT + COMMAND_SIZE)
+_CHOICES = slice(_WRITTEN.stop, _WRITTEN.stop + 2)
+_PLACE = slice(TICK_SIZE - 4, TICK_SIZE - 1)
 _NO_WALLS = Obstacles.from_shapes([], solid=[]).table
 
 
@@ -156,14 +159,13 @@ class Walk:
         code = walk(*arguments, 0, -1, 0)
         if not code:
             return work
-        tick = work[:TICK_SIZE].view(TICK)[0]
         context = None
         while code:
-            i, row = int(tick["person"]), int(tick["row"])
+            i, row, slot = work[_PLACE].view(np.int64).tolist()
             if context is None or context.person is not self._people[i]:
                 context = TickContext(self._people[i], [0.0], humans, robots)
             try:
-                status = self._interrupted(code, work, tick, context)
+                status = self._interrupted(code, i, row, slot, work, context)
             except Exception as error:
                 error.add_note(f"in the tree {self._programs[i].name!r}")
                 raise
@@ -171,16 +173,22 @@ class Walk:
         return work
 
     def _interrupted(
-        self, code: int, work: Array, tick: Any, context: TickContext
+        self,
+        code: int,
+        person: int,
+        row: int,
+        slot: int,
+        work: Array,
+        context: TickContext,
     ) -> int:
         """Does what the walk was interrupted for; returns the node's status."""
-        program = self._programs[tick["person"]]
-        node = program.nodes[tick["row"]]
-        own = work[self.memory][self.memories[tick["person"]]]
+        program = self._programs[person]
+        node = program.nodes[row]
+        own = work[self.memory][self.memories[person]]
         memory: list[float] = own.tolist()
-        memory[GOAL_INDEX] = float(tick["goal"])
         if code == COMPILE_LEAF:
-            program.rows[tick["row"]]["leaf"] = address_of(node.type.leaf)
+            assert node.type.leaf is not None
+            program.rows[row]["leaf"] = address_of(node.type.leaf)
             return IDLE
         if code == READ_PORTS:
             values = {name: node.read(name, memory) for name in node.ports}
@@ -190,19 +198,20 @@ class Walk:
             work[self._values][: len(numbers)] = numbers
             return int(PORTS_READ)
         if code != RUN_LEAF:
-            entry = program.names[tick["slot"]].partition(" ")[0]
+            entry = program.names[slot].partition(" ")[0]
             raise node.error(f"nothing has set {entry} yet")
-        command = work[_COMMAND]
-        before = (command.tolist(), int(tick["behavior_status"]))
-        context.begin(memory, *before, int(tick["noticed"]))
-        status: int = program.leaves[tick["row"]](context, memory)
+        status, *command = work[_WRITTEN].tolist()
+        before = (command, int(status))
+        choices = work[_CHOICES].view(np.int64)
+        memory[GOAL_INDEX], noticed = choices.tolist()
+        context.begin(memory, *before, noticed)
+        # (Numba takes long to see that a member of an enum is a number.)
+        result = int(program.leaves[row](context, memory))
         check_written(node, context, memory, before)
-        command[:] = context.command
-        tick["behavior_status"] = context.behavior_status
-        tick["noticed"] = context.noticed
-        tick["goal"] = memory[GOAL_INDEX]
+        work[_WRITTEN] = [context.behavior_status, *context.command]
+        choices[:] = memory[GOAL_INDEX], context.noticed
         own[:] = memory
-        return status
+        return result
 
 
 def _slices(lengths: Sequence[int]) -> list[slice]:

@@ -23,14 +23,14 @@ from hunav_drake.systems.world.ray_cast import ray_cast
 class Tick:
     """The fields of a tick; compiled code has a record of them.
 
-    First comes the behavior status, then the person's row of `human_states`,
-    in W, then the command of the person, laid out as `layout.Command`: before
-    any leaf writes, it is to walk to the current goal. Leaves write the
-    command and the behavior status, and only read the rest. Arrays are
-    addresses.
+    After the index comes the person's row of `human_states`, in W, then the
+    behavior status and the command of the person, laid out as
+    `layout.Command`: before any leaf writes, it is to walk to the current
+    goal. Leaves write these two, and only read the rest. Arrays are addresses.
     """
 
-    behavior_status: float
+    # The place of the person in `human_states`.
+    index: int
 
     x: float
     y: float
@@ -40,6 +40,7 @@ class Tick:
     omega: float
     radius: float
 
+    behavior_status: float
     goal_x: float
     goal_y: float
     goal_radius: float
@@ -64,7 +65,6 @@ class Tick:
     num_robots: int
 
     # The person: see `Person`. Its commands for each goal, and for none.
-    index: int
     commands: int
     num_goals: int
     cyclic: int
