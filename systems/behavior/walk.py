@@ -106,7 +106,7 @@ class Walk:
 
     def _address(self, array: Any) -> int:
         self._kept.append(array)
-        address: int = array.__array_interface__["data"][0]
+        address: int = array.ctypes.data
         return address
 
     def _tree_fields(self, program: Program) -> dict[str, int]:
