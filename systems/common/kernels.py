@@ -201,7 +201,7 @@ jit_generator = _compiled
 jit_inline = _compiled
 
 # Large ones that are called from one place, and should be part of it.
-jit_part = numba.njit(error_model="numpy", forceinline=True)
+jit_part = numba.njit(error_model="numpy", inline="always")
 
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
