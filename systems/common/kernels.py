@@ -200,7 +200,8 @@ jit_generator = _compiled
 # Small functions that are part of what calls them need not be kept, either.
 jit_inline = _compiled
 
-# Large ones that are called from one place, and should be part of it.
+# Parts of a large function, which numba writes into it before it compiles: that
+# leaves no calls between them, nor checks of errors after each.
 jit_part = numba.njit(error_model="numpy", inline="always")
 
 # Types of arguments, for functions that Python calls: with fixed types they

@@ -97,10 +97,11 @@ def _is_taken(tick, x, y, distance):
     is_blocked = False
     for i in range(tick.num_humans):
         it = human_at(tick, i)
-        if (
-            math.hypot(it.x - x, it.y - y) < distance
-            and speed_of(it) < _STANDING
-        ):
+        # (Most people walk.)
+        if abs(it.vx) >= _STANDING or abs(it.vy) >= _STANDING:
+            continue
+        away = math.hypot(it.x - x, it.y - y)
+        if away < distance and speed_of(it) < _STANDING:
             standing += 1
             gap = math.hypot(it.x - tick.x, it.y - tick.y)
             gap -= it.radius + tick.radius

@@ -51,12 +51,7 @@ from hunav_drake.systems.behavior.nodes.status import (
 )
 from hunav_drake.systems.behavior.nodes.table import PORT
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
-from hunav_drake.systems.common.kernels import (
-    INTEGER,
-    jit_as,
-    jit_inline,
-    jit_part,
-)
+from hunav_drake.systems.common.kernels import INTEGER, jit_as, jit_part
 
 # (Compiled code knows them as numbers.)
 IDLE, RUNNING, SUCCESS = int(_IDLE), int(_RUNNING), int(_SUCCESS)
@@ -70,7 +65,7 @@ MAX_CYCLES_PER_TICK = 100
 SCRATCH_SIZE = 4
 
 
-@jit_inline
+@jit_part
 def steps_reach(steps, time_step, seconds):
     """Returns whether a number of steps lasts at least a duration.
 
@@ -91,19 +86,19 @@ def _child(tick, row, index):
     return child
 
 
-@jit_inline
+@jit_part
 def _following(tick, node, child):
     """Returns the row of the child after one; 0 after the last one."""
     following = row_at(tick, child).end
     return following if following < node.end else 0
 
 
-@jit_inline
+@jit_part
 def _scratch(tick, row):
     return integers_at(tick.scratch + 8 * SCRATCH_SIZE * row)
 
 
-@jit_inline
+@jit_part
 def _tidy(tick, row):
     """Halts the children of a node that completes while none runs.
 
@@ -114,7 +109,7 @@ def _tidy(tick, row):
         halt(tick, row + 1, node.end)
 
 
-@jit_inline
+@jit_part
 def _number(tick, node, port):
     """Returns the number of a port that takes any entry, perhaps UNSET."""
     slot = record_at(tick.ports, node.first_port + port, PORT).slot
@@ -123,7 +118,7 @@ def _number(tick, node, port):
     return numbers_at(tick.numbers)[node.first_port + port]
 
 
-@jit_inline
+@jit_part
 def _read_ports(tick, node):
     """Reads the ports; returns whether all that are entries surely fit."""
     values = numbers_at(tick.values)
@@ -379,7 +374,7 @@ def _branch(tick, row, child, status):
     return -status
 
 
-@jit_inline
+@jit_part
 def _threshold(port, count):
     """Returns how many children a port of Parallel means."""
     return np.int64(port) if port >= 0 else max(count + np.int64(port) + 1, 0)

@@ -25,7 +25,7 @@ from hunav_drake.systems.behavior.nodes.pointers import (
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.table import ROW, SLOT, STEP
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
-from hunav_drake.systems.common.kernels import INTEGER, REAL, jit_as, jit_inline
+from hunav_drake.systems.common.kernels import INTEGER, REAL, jit_as, jit_part
 
 # The largest number of values on the stack of a script, which may be nested
 # 20 deep.
@@ -36,7 +36,7 @@ STACK_SIZE = 64
 RUN_LEAF, READ_PORTS, COMPILE_LEAF, UNSET_ENTRY = 1, 2, 3, 4
 
 
-@jit_inline
+@jit_part
 def row_at(tick, row):
     """Returns a row of the tree, perhaps the one after the last: see `Row`."""
     return record_at(tick.rows, row, ROW)

@@ -31,7 +31,6 @@ from hunav_drake.systems.common.kernels import (
     INTEGER,
     VECTOR,
     jit_as,
-    jit_inline,
     jit_part,
 )
 from hunav_drake.systems.common.layout import COMMAND_SIZE, OUTSIDE, STATE_SIZE
@@ -103,7 +102,7 @@ def _walk_tree(tick, row, status):
         row, status = result, IDLE
 
 
-@jit_inline
+@jit_part
 def _begin(tick, words, memory, humans, robots):
     """Prepares the tick of a person; returns whether the person is outside."""
     tick.humans = humans.ctypes.data

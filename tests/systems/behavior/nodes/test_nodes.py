@@ -418,3 +418,23 @@ def test_without_running_nodes_trees_are_logic(tree):
         if "SequenceWithMemory" in str(tree):
             break
         memory = outcome.memory
+
+
+def as_mixed_xml(tree, in_python):
+    """Returns logic in XML, some of whose leaves are in Python."""
+    if isinstance(tree, str):
+        compiled = {"S": "<AlwaysSuccess/>", "F": "<AlwaysFailure/>"}
+        next_one = in_python.pop() if in_python else False
+        return f'<Script results="{tree}"/>' if next_one else compiled[tree]
+    tag, children = tree
+    inner = "".join(as_mixed_xml(child, in_python) for child in children)
+    return f"<{tag}>{inner}</{tag}>"
+
+
+@given(logic_trees(3), st.lists(st.booleans(), max_size=30))
+def test_leaves_in_python_interrupt_the_walk_and_change_nothing(tree, drawn):
+    told = []
+    for in_python in ([], list(drawn)):
+        dut = tree_of(as_mixed_xml(tree, in_python))
+        told.append([statuses for _, statuses in traces(dut, 3)])
+    assert told[0] == told[1]
