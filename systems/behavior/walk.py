@@ -154,7 +154,8 @@ class Walk:
             BehaviorTreeError: See `Tree.tick`.
             TypeError: See `Tree.tick`.
         """
-        work = np.empty(self._size + len(robots) // STATE_SIZE)
+        numbers = len(robots) // STATE_SIZE + 3 * (len(humans) // STATE_SIZE)
+        work = np.empty(self._size + numbers)
         arguments = (self._at, len(self._people), memory, humans, robots, work)
         code = walk(*arguments, 0, -1, 0)
         if not code:

@@ -8,6 +8,7 @@ many times faster than real time a whole trial with curious people is.
 """
 
 import dataclasses
+import math
 import time
 
 import numpy as np
@@ -20,7 +21,7 @@ from hunav_drake.systems.behavior import (
     ParseTree,
     register_condition,
 )
-from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE
 from hunav_drake.systems.people import HumanConfig
 
 SIX = ("regular", "impassive", "surprised", "scared", "curious", "threatening")

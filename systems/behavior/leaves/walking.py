@@ -30,22 +30,22 @@ from hunav_drake.systems.behavior.nodes.tick import (
     human_at,
     next_goal,
     robot_at,
+    standing_of,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import MAX_BEHAVIOR_STATUS
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.layout import RobotRole
 from hunav_drake.systems.common.schema import within
+from hunav_drake.systems.people.standing import bar_the_way
 
 # The distance beyond its radius at which HuNavSim takes a goal for reached, in
 # meters.
 GOAL_MARGIN = 0.1
 
-# People slower than the first value, in m/s, stand. They block a person with
-# the same goal if no more than the second is between the bodies, and they
-# extend the goal by the third, times the square root of their number, both in
-# meters.
-_STANDING = 0.1
+# People who stand block a person with the same goal if no more than the first
+# value is between the bodies, and they extend the goal by the second, times the
+# square root of their number, both in meters.
 _IN_THE_WAY = 0.3
 _CROWDING = 0.4
 
@@ -93,22 +93,10 @@ def _is_taken(tick, x, y, distance):
     beyond = (distance - tick.reach) / _CROWDING
     if beyond * beyond > tick.num_humans - 1:
         return False
-    standing = 0
-    is_blocked = False
-    for i in range(tick.num_humans):
-        it = human_at(tick, i)
-        # (Most people walk.)
-        if abs(it.vx) >= _STANDING or abs(it.vy) >= _STANDING:
-            continue
-        away = math.hypot(it.x - x, it.y - y)
-        if away < distance and speed_of(it) < _STANDING:
-            standing += 1
-            gap = math.hypot(it.x - tick.x, it.y - tick.y)
-            gap -= it.radius + tick.radius
-            ahead = (it.x - tick.x) * (x - tick.x)
-            ahead += (it.y - tick.y) * (y - tick.y)
-            is_blocked |= gap <= _IN_THE_WAY and ahead > 0
-    return beyond * beyond <= standing and is_blocked
+    return bar_the_way(
+        *(standing_of(tick), tick.x, tick.y, tick.radius),
+        *(x, y, distance, _IN_THE_WAY, beyond * beyond),
+    )
 
 
 @register_action("UpdateGoal", ignored=IGNORED)

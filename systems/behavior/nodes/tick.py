@@ -98,8 +98,11 @@ class Tick:
     scratch: int
     values: int
     stack: int
-    # For each robot a number, for leaves.
+    # For each robot a number, for leaves; and rows of people who stand, see
+    # `find_standing`.
     distances: int
+    standing: int
+    num_standing: int
 
     # Where the walk was interrupted, and why: see `walk`.
     person: int
@@ -191,6 +194,13 @@ def robot_of(tick):
         if away < nearest:
             found, nearest = i, away
     return found
+
+
+@jit_inline
+def standing_of(tick):
+    """Returns rows of the people who stand: see `find_standing`."""
+    rows = vector_at(tick.standing, 3 * tick.num_standing)
+    return rows.reshape((tick.num_standing, 3))
 
 
 @jit_inline

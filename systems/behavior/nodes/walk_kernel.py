@@ -34,6 +34,7 @@ from hunav_drake.systems.common.kernels import (
     jit_part,
 )
 from hunav_drake.systems.common.layout import COMMAND_SIZE, OUTSIDE, STATE_SIZE
+from hunav_drake.systems.people.standing import find_standing
 
 # In place of a status: the ports of the node have been read.
 PORTS_READ = -1
@@ -153,6 +154,8 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
     """
     base = work.ctypes.data
     tick = record_at(base, 0, TICK)
+    standing = len(work) - 3 * (len(humans) // STATE_SIZE)
+    num_standing = find_standing(humans, work[standing:])
     for i in range(person, count):
         if row < 0:
             template = numbers_at(people)
@@ -164,6 +167,8 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
             tick.values += base
             tick.stack += base
             tick.distances += base
+            tick.standing = base + 8 * standing
+            tick.num_standing = num_standing
             tick.person = i
             if not _begin(tick, work, memory, humans, robots):
                 _walk_tree(tick, 0, IDLE)
