@@ -132,7 +132,7 @@ def examine() -> Iterator[Finding]:
     """Yields the findings about this machine, each as soon as it is known."""
     for look in (
         *(check_python, check_versions, check_copies, check_kernels),
-        *(check_routes, check_room, check_port, check_camera),
+        *(check_room, check_port, check_camera),
         *(check_graphviz, check_extras),
     ):
         yield from look()
@@ -226,24 +226,6 @@ def check_kernels() -> Iterator[Finding]:
             name,
             "note",
             f"none yet in {folder}: the first run compiles it, once",
-        )
-
-
-def check_routes() -> Iterator[Finding]:
-    """Checks whether routes through large maps can be cached."""
-    from hunav_drake.systems.world.route_files import VARIABLE, cache_folder
-
-    folder = cache_folder()
-    if folder is None:
-        yield Finding("routes", "ok", f"not kept, as {VARIABLE} is empty")
-    elif _is_writable(folder):
-        yield Finding("routes", "ok", f"are kept in {folder}")
-    else:
-        yield Finding(
-            "routes",
-            "note",
-            f"cannot be kept in {folder}: large maps take longer",
-            f"set {VARIABLE} to a folder that can be written",
         )
 
 

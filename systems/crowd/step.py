@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 import copy
 import dataclasses
-from typing import Any, NamedTuple, Self, TypeGuard
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,43 +132,38 @@ class CrowdStep:
 
         That is `whole_step` or `hunavsim_step`.
         """
-        bodies = self._bodies
         model = config.model
-        sizes = np.column_stack([bodies.sizes, self.radii])
         # (Robots that bodies stop have smaller radii to bodies.)
-        if _is_fast(model) and not config.robots_stop:
-            numbers = whole_step.Numbers(
-                *bodies.options,
-                parts=config.groups_part,
-                reach=self._obstacle_range,
-                most=self._max_obstacles,
-                error=model.error_bound,
-                time_gap=self._time_gap,
-                matching=self._speed_matching,
-                time_step=self._time_step,
-                iterations=ITERATIONS,
-            )
+        if type(model) is not SocialForceModel or config.robots_stop:
+            return None
+        numbers = whole_step.Numbers(
+            *self._bodies.options,
+            parts=config.groups_part,
+            reach=self._obstacle_range,
+            most=self._max_obstacles,
+            error=model.error_bound,
+            time_gap=self._time_gap,
+            matching=self._speed_matching,
+            time_step=self._time_step,
+            iterations=ITERATIONS,
+        )
+        sizes = np.column_stack([self._bodies.sizes, self.radii])
+        if model.kernel == "fast":
+            step = whole_step.whole_step
             constants = np.array(numbers, dtype=float)
-            return (
-                whole_step.whole_step,
-                *(sizes, self._obstacles.table, constants),
-            )
-        if hunavsim_step.is_of_hunavsim(model, config):
-            rules = hunavsim_step.Numbers(
-                reach=self._obstacle_range,
-                most=self._max_obstacles,
-                time_step=self._time_step,
+        elif model.kernel == "hunavsim":
+            step = hunavsim_step.hunavsim_step
+            rules = hunavsim_step.Rules(
+                pushing=model.robot_obstacle_radius,
                 measured=model.measured_velocities,
             )
             turns = (
                 np.arange(len(sizes)) if self._turns is None else self._turns
             )
-            constants = np.concatenate([rules, turns]).astype(float)
-            return (
-                hunavsim_step.hunavsim_step,
-                *(sizes, self._obstacles.table, constants),
-            )
-        return None
+            constants = np.concatenate([numbers, rules, turns]).astype(float)
+        else:
+            return None
+        return step, sizes, self._obstacles.table, constants
 
     def take(
         self,
@@ -363,11 +358,6 @@ def _turns(
         return None
     rows = hash_order(people_ids(humans))[::-1]
     return None if (rows == np.arange(len(rows))).all() else rows
-
-
-def _is_fast(model: MotionModel) -> TypeGuard[SocialForceModel]:
-    """Returns whether `whole_step` is the step of a model."""
-    return type(model) is SocialForceModel and model.kernel == "fast"
 
 
 def _differentiable(model: MotionModel, name: str) -> MotionModel:

@@ -200,18 +200,16 @@ def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
     repeats itself gives a fan, whose triangles may overlap.
     """
     p = np.asarray(outline, dtype=float)
+    index = {tuple(corner): i for i, corner in enumerate(p.tolist())}
     polygon = shapely.polygons(p)
-    if not polygon.is_valid or len(np.unique(p, axis=0)) < len(p):
+    if len(index) < len(p) or not polygon.is_valid:
         i = np.arange(1, len(p) - 1)
         return np.column_stack([np.zeros_like(i), i, i + 1])
     triangles = shapely.constrained_delaunay_triangles(polygon)
     # Each repeats its first corner at the end, and all are clockwise.
-    index = {tuple(corner): i for i, corner in enumerate(p.tolist())}
-    rows = [
-        [index[corner] for corner in triangle.exterior.coords[2::-1]]
-        for triangle in triangles.geoms
-    ]
-    return np.array(rows, dtype=np.int64)
+    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, 2::-1]
+    rows = [index[tuple(it)] for it in corners.reshape(-1, 2).tolist()]
+    return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
 
 def _numbers(values: Sequence[float]) -> str:
@@ -222,8 +220,13 @@ def _numbers(values: Sequence[float]) -> str:
 def _unique(rows: Array) -> tuple[Array, NDArray[np.int64]]:
     """Returns the unique rows and the index of each row among them."""
     # (Adding 0 turns -0 into 0.)
-    found, which = np.unique(rows + 0.0, axis=0, return_inverse=True)
-    return found, which.ravel()
+    rows = rows + 0.0
+    order = np.lexsort(rows.T[::-1])
+    rows = rows[order]
+    is_new = np.append(True, (rows[1:] != rows[:-1]).any(axis=1))
+    which = np.empty(len(rows), dtype=np.int64)
+    which[order] = np.cumsum(is_new) - 1
+    return rows[is_new], which
 
 
 def _smooth_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:

@@ -144,18 +144,18 @@ def _AddCutPrisms(
     """Adds prisms as one geometry for cameras, and cut for viewers."""
     add = partial(AddVisual, plant, plant.world_body())
     low = [p for p in prisms if p.low < CUT_HEIGHT]
-    cut = [_mesh(p, p.low, min(p.high, CUT_HEIGHT)) for p in low]
+    full = {p: _mesh(p, p.low, p.high) for p in prisms}
+    cut = [_part(p, full[p], p.low, min(p.high, CUT_HEIGHT)) for p in low]
     lid = [
-        _mesh(p, CUT_HEIGHT, CUT_HEIGHT + _LID)
+        _part(p, full[p], CUT_HEIGHT, CUT_HEIGHT + _LID)
         for p in low
         if p.high > CUT_HEIGHT
     ]
-    full = [_mesh(p, p.low, p.high) for p in prisms]
     if cut:
         add(name, join(cut), color, perceived=False)
     if lid:
         add(name + _SECTION, join(lid), WALL_CUT, perceived=False)
-    add(name + _WHOLE, join(full), color, shown=False)
+    add(name + _WHOLE, join(list(full.values())), color, shown=False)
 
 
 def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
@@ -202,6 +202,18 @@ def _mesh(prism: Prism, low: float, high: float) -> TriangleMesh:
     if prism.closed:
         return extrude(prism.outline, low, high)
     return join([extrude(it, low, high) for it in _strips(prism.outline)])
+
+
+def _part(
+    prism: Prism, whole: TriangleMesh, low: float, high: float
+) -> TriangleMesh:
+    """Returns `_mesh` between two heights, given that of the whole prism."""
+    if prism.material == "leaf":
+        return _mesh(prism, low, high)
+    z = np.where(whole.vertices[:, 2] == prism.low, low, high)
+    return TriangleMesh(
+        np.column_stack([whole.vertices[:, :2], z]), whole.normals, whole.faces
+    )
 
 
 def AddGoalMarks(

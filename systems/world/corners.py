@@ -5,6 +5,7 @@ import itertools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world import visibility_graph
@@ -22,22 +23,27 @@ def corner_vertices(
     No segment of the walls has length zero. The places are at the clearance
     around corners, and have at least the distance `sight` from all walls.
     """
-    found = [np.zeros((0, 2))]
-    for solid, (lo, hi) in zip(
-        obstacles.solid, itertools.pairwise(obstacles.first), strict=True
-    ):
-        for corner in _corners(obstacles.segments[lo:hi], bool(solid)):
-            # Where there is no room for the points of a wide bend, those of a
-            # closer one may still have it.
-            for parts in (1, 2, 4):
-                bend = _bend(*corner, clearance, parts)
-                free = visibility_graph.free_points(
-                    bend, sight, obstacles.table
-                )
-                found.append(bend[free])
-                if free.all():
-                    break
-    vertices = np.vstack(found)
+    corners = [
+        corner
+        for solid, (lo, hi) in zip(
+            obstacles.solid, itertools.pairwise(obstacles.first), strict=True
+        )
+        for corner in _corners(obstacles.segments[lo:hi], bool(solid))
+    ]
+    rows = np.array([[*place, *rest] for place, *rest in corners])
+    found = [(np.zeros(0, dtype=np.int64), np.zeros((0, 2)))]
+    left = np.arange(len(corners))
+    # Where there is no room for the points of a wide bend, those of a closer
+    # one may still have it.
+    for parts in (1, 2, 4):
+        which, bends = _bends(rows[left], clearance, parts)
+        free = visibility_graph.free_points(bends, sight, obstacles.table)
+        found.append((left[which[free]], bends[free]))
+        left = left[np.bincount(which[~free], minlength=len(left)) > 0]
+    order = np.argsort(
+        np.concatenate([which for which, _ in found]), kind="stable"
+    )
+    vertices = np.vstack([places for _, places in found])[order]
     _, which = np.unique(vertices.round(9), axis=0, return_index=True)
     return vertices[np.sort(which)]
 
@@ -76,18 +82,33 @@ def _area(segments: Array) -> float:
     return float(np.sum(x0 * y1 - x1 * y0))
 
 
-def _bend(
-    corner: Array, normal: float, turn: float, clearance: float, parts: int
-) -> Array:
-    """Returns the points of a way around a corner, at the clearance from it.
+def _bends(
+    corners: Array, clearance: float, parts: int
+) -> tuple[NDArray[np.int64], Array]:
+    """Returns the points of ways around corners, at the clearance from them.
 
-    They are the corners of a polygon around the arc with that radius, with
-    `parts` of them for each quarter turn or less.
+    They are the corners of polygons around the arcs with that radius, with
+    `parts` of them for each quarter turn or less. Rows of corners are x, y,
+    normal and turn: see `_corners`.
+
+    Returns:
+        The row of the corner of each point (k,), and the points (k, 2).
     """
-    count = parts * math.ceil(abs(turn) / (math.pi / 2) - _STRAIGHT)
-    angles = normal + turn * (np.arange(count) + 0.5) / count
-    radius = clearance / math.cos(turn / count / 2)
-    points: Array = corner + radius * np.column_stack(
-        [np.cos(angles), np.sin(angles)]
+    corners = corners.reshape(-1, 4)
+    turns = corners[:, 3]
+    quarters = np.ceil(np.abs(turns) / (math.pi / 2) - _STRAIGHT)
+    counts = parts * quarters.astype(np.int64)
+    which = np.repeat(np.arange(len(corners)), counts)
+    step = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
+    x, y, normal, turn = corners[which].T
+    angles = normal + turn * (step + 0.5) / counts[which]
+    # (NumPy's cosine has other last bits.)
+    radii = np.array(
+        [
+            clearance / math.cos(t / n / 2)
+            for t, n in zip(turns.tolist(), counts.tolist(), strict=True)
+        ]
     )
-    return points
+    r = radii[which] if len(which) else np.zeros(0)
+    points = np.column_stack([x + r * np.cos(angles), y + r * np.sin(angles)])
+    return which, points

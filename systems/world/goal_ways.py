@@ -21,6 +21,7 @@ from hunav_drake.systems.world.sweep import is_free, nearest_free
 from hunav_drake.systems.world.visibility_graph import (
     SQUEEZED,
     no_hiders,
+    seen_from,
     sees_past,
 )
 
@@ -31,28 +32,32 @@ BEYOND = 1e-6
 # A search goes on to bounds of the least one times this, and then begins anew.
 _WIDER = 1.1
 
-# What is known of a vertex, and its length: the straight line to the goal, of
-# which nobody knows whether it is free; a way, but perhaps not the shortest;
-# the shortest way, to rounding.
+# What is known of the way from a vertex: not whether the straight one to the
+# goal is free; the length of one that may not be the shortest; of the shortest.
 _UNTRIED, _OPEN, _FINAL = 0, 1, 2
+
+# The number of vertices seen from one that are remembered, and what stands for
+# their number if they are not.
+_MOST_SEEN = 512
+_UNKNOWN, _MANY = -1, -2
 
 # The number of places in the memory where a goal may be.
 _TRIED = 16
 
 
 class Graph(NamedTuple):
-    """The vertices of a map, and the straight ways between them.
+    """The vertices of a map, and which see each other, once it is needed.
 
     Attributes:
         vertices: Shape (m, 2), in meters.
-        begin: Shape (m + 1,): vertex i has the ways
-            ``begin[i]:begin[i + 1]``.
-        ways: Shape (2e, 2): rows (the other vertex, length), in meters.
+        seen: Shape (m, k): the vertices that each one sees, as far as known.
+        counts: Shape (m,): their number; _UNKNOWN, or _MANY if there are more
+            than k, which are found anew each time.
     """
 
     vertices: np.ndarray
-    begin: np.ndarray
-    ways: np.ndarray
+    seen: np.ndarray
+    counts: np.ndarray
 
 
 class Goals(NamedTuple):
@@ -65,7 +70,7 @@ class Goals(NamedTuple):
         used: Shape (c + 1,): when each goal was last asked for, 0 for none.
             The last element is the clock: it counts what was asked.
         lengths: Shape (c, m): the lengths of the ways from vertices, in meters;
-            infinite if there is none.
+            infinite if none is known.
         states: Shape (c, m): _UNTRIED, _OPEN or _FINAL.
     """
 
@@ -75,19 +80,19 @@ class Goals(NamedTuple):
     states: np.ndarray
 
 
-def graph_of(vertices: Array, ways: Array) -> Graph:
-    """Returns the graph of a `RouteMap`."""
-    ends = ways[:, :2].astype(np.int64)
-    starts = ends.T.ravel()
-    order = np.argsort(starts, kind="stable")
-    rows = np.column_stack([ends[:, ::-1].T.ravel(), np.tile(ways[:, 2], 2)])
-    begin = np.searchsorted(starts[order], np.arange(len(vertices) + 1))
-    return Graph(vertices, begin, np.ascontiguousarray(rows[order]))
+def no_ways(vertices: Array) -> Graph:
+    """Returns the graph of some vertices of which nothing is known."""
+    m = len(vertices)
+    # (Pages that nobody writes to take no memory.)
+    return Graph(
+        vertices,
+        np.zeros((m, min(m, _MOST_SEEN)), dtype=np.int32),
+        np.full(m, _UNKNOWN, dtype=np.int32),
+    )
 
 
 def no_goals(vertices: int, places: int) -> Goals:
     """Returns an empty memory for a number of goals."""
-    # (Pages that nobody writes to take no memory.)
     return Goals(
         np.zeros((places, 5)),
         np.zeros(places + 1, dtype=np.int64),
@@ -121,8 +126,7 @@ def known_goal(x, y, clearance, graph, goals, walls):
     py = y
     if not is_free(x, y, 0.0, walls):
         px, py, _ = nearest_free(x, y, 0.0, 0.0, clearance, walls)
-    lengths = goals.lengths[oldest]
-    _write_distances(px, py, graph.vertices, lengths)
+    goals.lengths[oldest][:] = math.inf
     goals.states[oldest][:] = _UNTRIED
     place = goals.places[oldest]
     place[0] = x
@@ -130,58 +134,69 @@ def known_goal(x, y, clearance, graph, goals, walls):
     place[2] = px
     place[3] = py
     place[4] = clearance
-    if not _sees_any(px, py, clearance, lengths, graph, walls):
+    if not _sees_any(px, py, clearance, graph, walls):
         place[4] = SQUEEZED * clearance
     return oldest
 
 
 @jit
-def _write_distances(x, y, points, out):
-    """Writes the distances of points (m, 2) from (x, y), to rounding."""
+def _distances(x, y, points):
+    """Returns the distances (m,) of points (m, 2) from (x, y), to rounding."""
+    away = np.empty(len(points))
     for i in range(len(points)):
         dx = points[i, 0] - x
         dy = points[i, 1] - y
-        out[i] = math.sqrt(dx * dx + dy * dy)
+        away[i] = math.sqrt(dx * dx + dy * dy)
+    return away
 
 
 @jit
-def _sees_any(x, y, clearance, away, graph, walls):
-    """Returns whether (x, y) sees a vertex, of which `away` are distances."""
+def _sees_any(x, y, clearance, graph, walls):
+    """Returns whether (x, y) sees a vertex."""
+    away = _distances(x, y, graph.vertices)
     heap = np.empty(len(away), np.int64)
     places = np.empty(len(away), np.int64)
     hiders = no_hiders()
     # Mostly the nearest one is seen.
-    upper = np.min(away) if len(away) > 0 else 0.0
+    least = np.min(away) if len(away) > 0 else 0.0
     lower = 0.0
-    for high in (np.nextafter(upper, math.inf), math.inf):
+    for upper in (np.nextafter(least, math.inf), math.inf):
         for count in range(
-            heap_between(lower, high, away, heap, places), 0, -1
+            heap_between(lower, upper, away, heap, places), 0, -1
         ):
             v = pop_least(away, heap, places, count)
             vx = graph.vertices[v, 0]
             vy = graph.vertices[v, 1]
             if sees_past(x, y, vx, vy, clearance, walls, hiders):
                 return True
-        lower = high
+        lower = upper
     return False
 
 
 @jit
-def through(x, y, lengths, states, hiders, vertices):
+def through(x, y, at, graph, goals, hiders):
     """Returns the lengths of the ways from (x, y) to a goal by each vertex.
+
+    `at` is the place of the goal in the memory, and `hiders` are those of the
+    vertices from there: see `remembered`.
 
     They are three arrays, in meters: the distances of the vertices; the lengths
     of the ways by those whose own are final, and which are not known to be
     hidden; and lower bounds, to rounding, for those whose own are not. Other
     ways and bounds are infinite.
     """
+    vertices = graph.vertices
+    lengths = goals.lengths[at]
+    states = goals.states[at]
     m = len(vertices)
-    legs = np.empty(m)
     ways = np.full(m, np.inf)
     bounds = np.full(m, np.inf)
-    _write_distances(x, y, vertices, legs)
+    legs = _distances(x, y, vertices)
+    away = _distances(goals.places[at, 2], goals.places[at, 3], vertices)
     for v in range(m):
-        if states[v] != _FINAL:
+        if states[v] == _UNTRIED:
+            bounds[v] = legs[v] + away[v]
+        elif states[v] == _OPEN:
             bounds[v] = legs[v] + lengths[v]
         elif hiders[v] != HIDDEN:
             legs[v] = math.hypot(vertices[v, 0] - x, vertices[v, 1] - y)
@@ -190,12 +205,15 @@ def through(x, y, lengths, states, hiders, vertices):
 
 
 @jit
-def search(x, y, clearance, shortest, view, at, graph, goals, known, walls):
+def search(
+    x, y, clearance, shortest, view, at, sight, graph, goals, known, walls
+):
     """Makes final some of what a shorter way than the one known may go by.
 
     Arrays `view` are from `through`, and change. `shortest` is the length of
     the shortest way by a vertex in sight, infinite if none is known; `at` is
-    the place of the goal in the memory; `known` is the result of `remembered`.
+    the place of the goal in the memory; `sight` is the clearance of the ways
+    between vertices; `known` is the result of `remembered`.
     Returns whether there was any.
     """
     legs, ways, bounds = view
@@ -211,6 +229,7 @@ def search(x, y, clearance, shortest, view, at, graph, goals, known, walls):
     lengths = goals.lengths[at]
     states = goals.states[at]
     hiders = no_hiders()
+    room = np.empty(m, np.int32)
     while count > 0 and bounds[heap[0]] < limit:
         v = pop_least(bounds, heap, places, count)
         count -= 1
@@ -218,7 +237,6 @@ def search(x, y, clearance, shortest, view, at, graph, goals, known, walls):
         vy = graph.vertices[v, 1]
         if states[v] == _UNTRIED:
             states[v] = _OPEN
-            lengths[v] = _length_by_others(v, lengths, states, graph)
             if sees_past(px, py, vx, vy, last, walls, hiders):
                 lengths[v] = min(lengths[v], math.hypot(px - vx, py - vy))
             bounds[v] = legs[v] + lengths[v]
@@ -235,11 +253,14 @@ def search(x, y, clearance, shortest, view, at, graph, goals, known, walls):
             ):
                 shortest = ways[v]
                 limit = min(limit, shortest + BEYOND)
-        for k in range(graph.begin[v], graph.begin[v + 1]):
-            u = int(graph.ways[k, 0])
-            length = lengths[v] + graph.ways[k, 1]
-            if length < lengths[u] and states[u] != _UNTRIED:
-                lengths[u] = length
+        for u in _seen_from(v, sight, graph, walls, room):
+            length = lengths[v] + math.hypot(
+                *(vx - graph.vertices[u, 0], vy - graph.vertices[u, 1])
+            )
+            if length >= lengths[u]:
+                continue
+            lengths[u] = length
+            if states[u] != _UNTRIED:
                 states[u] = _OPEN
                 ways[u] = math.inf
                 bounds[u] = legs[u] + length
@@ -248,11 +269,16 @@ def search(x, y, clearance, shortest, view, at, graph, goals, known, walls):
 
 
 @jit
-def _length_by_others(v, lengths, states, graph):
-    """Returns the length of the shortest way by a vertex that is final."""
-    shortest = math.inf
-    for k in range(graph.begin[v], graph.begin[v + 1]):
-        u = int(graph.ways[k, 0])
-        if states[u] == _FINAL:
-            shortest = min(shortest, lengths[u] + graph.ways[k, 1])
-    return shortest
+def _seen_from(v, clearance, graph, walls, room):
+    """Returns the vertices that a vertex sees; `room` (m,) may be needed."""
+    count = graph.counts[v]
+    if count < 0:
+        known = count == _UNKNOWN
+        count = seen_from(v, graph.vertices, clearance, walls, room)
+        if count > graph.seen.shape[1]:
+            graph.counts[v] = _MANY
+            return room[:count]
+        if known:
+            graph.counts[v] = count
+            graph.seen[v, :count] = room[:count]
+    return graph.seen[v, :count]

@@ -50,16 +50,23 @@ class Obstacles:
         cls, shapes: Sequence[ArrayLike], *, solid: Sequence[bool]
     ) -> Self:
         """Makes obstacles from the vertices of each shape, each (k, 2)."""
-        rows = []
-        first = [0]
-        for vertices, closed in zip(shapes, solid, strict=True):
-            p = np.asarray(vertices, dtype=float).reshape(-1, 2)
-            q = np.roll(p, -1, axis=0) if closed or len(p) == 1 else p[1:]
-            rows.append(np.hstack([p[: len(q)], q]))
-            first.append(first[-1] + len(q))
+        rings = [
+            np.asarray(vertices, dtype=float).reshape(-1, 2)
+            for vertices in shapes
+        ]
+        counts = np.array([len(ring) for ring in rings], dtype=np.int64)
+        closed = np.array(solid, dtype=np.bool_) | (counts == 1)
+        ends = np.cumsum(counts)
+        p = np.vstack(rings) if rings else np.zeros((0, 2))
+        following = np.arange(1, len(p) + 1)
+        last = ends[counts > 0] - 1
+        following[last] = (ends - counts)[counts > 0]
+        kept = np.ones(len(p), dtype=np.bool_)
+        kept[last] = closed[counts > 0]
+        sides = np.where(closed, counts, np.maximum(counts - 1, 0))
         return cls(
-            segments=np.vstack(rows) if rows else np.zeros((0, 4)),
-            first=np.array(first, dtype=np.int64),
+            segments=np.hstack([p, p[following]])[kept],
+            first=np.concatenate([[0], np.cumsum(sides)]),
             solid=np.array(solid, dtype=np.bool_),
         )
 

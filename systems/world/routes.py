@@ -11,16 +11,10 @@ from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
-from hunav_drake.systems.world import (
-    goal_ways,
-    hidden,
-    visibility_graph,
-    waypoints,
-)
+from hunav_drake.systems.world import goal_ways, hidden, waypoints
 from hunav_drake.systems.world.corners import corner_vertices
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
-from hunav_drake.systems.world.route_files import kept
 
 # The part of the clearance that ways may leave at corners: so the next vertex
 # comes in sight before the last one is reached.
@@ -29,10 +23,6 @@ _SIGHT = 0.95
 # The number of maps that are kept, and the least number of goals of each.
 _MOST_MAPS = 8
 _FEWEST_GOALS = 1024
-
-# The number of segments from which on maps are kept on disk. Smaller ones are
-# made in less time than a file takes.
-KEPT_FROM = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,23 +38,20 @@ class RouteMap:
         obstacles: The walls, without points, which do not stop a way.
         sight: The least distance of a way to walls, in meters.
         vertices: Shape (m, 2): places around convex corners, in meters.
-        ways: Shape (e, 3): rows (i, j, length), the straight ways between
-            vertices that see each other, in meters.
     """
 
     obstacles: Obstacles
     sight: float
     vertices: Array
-    ways: Array
 
     def __post_init__(self) -> None:
         # All diagrams of a process share it.
         self.vertices.setflags(write=False)
-        self.ways.setflags(write=False)
 
     @functools.cached_property
     def _graph(self) -> goal_ways.Graph:
-        return goal_ways.graph_of(self.vertices, self.ways)
+        """The vertices, and which are known to see each other."""
+        return goal_ways.no_ways(self.vertices)
 
     @functools.cached_property
     def _goals(self) -> Callable[[int], goal_ways.Goals]:
@@ -83,8 +70,8 @@ class RouteMap:
     ) -> "RouteMap":
         """Returns the map of a world.
 
-        The last maps are kept in memory, and those of large worlds
-        on disk: see `route_files.py`.
+        The last maps are kept. Which vertices see each other is found when
+        somebody asks for a way that may go by them.
 
         Args:
             obstacles: The walls.
@@ -137,17 +124,7 @@ class RouteMap:
 def _route_map(obstacles: Obstacles, clearance: float) -> RouteMap:
     walls = _without_points(obstacles)
     sight = _SIGHT * clearance
-
-    def build() -> tuple[Array, Array]:
-        vertices = corner_vertices(walls, clearance, sight)
-        ways: Array = visibility_graph.straight_ways(
-            vertices, sight, walls.table
-        )
-        return vertices, ways
-
-    if len(walls.segments) < KEPT_FROM:
-        return RouteMap(walls, sight, *build())
-    return RouteMap(walls, sight, *kept(f"{walls.digest} {clearance!r}", build))
+    return RouteMap(walls, sight, corner_vertices(walls, clearance, sight))
 
 
 def _without_points(obstacles: Obstacles) -> Obstacles:

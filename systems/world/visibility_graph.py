@@ -6,18 +6,16 @@ The arguments have the names and units of `walls.py`.
 import math
 
 import numba
-from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit, jit_as
-from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.world.sweep import (
     crosses,
     distance_to,
     is_free,
     nearest_on_path,
 )
-from hunav_drake.systems.world.walls import opened, segments_near
+from hunav_drake.systems.world.walls import opened, segments_in, segments_near
 
 # Lengths that differ less are the same, in meters.
 _SAME = 1e-9
@@ -28,6 +26,24 @@ SQUEEZED = 0.25
 
 # The number of segments that are remembered because they hide points.
 _HIDERS = 6
+
+# The number of sectors around a point, and the directions of their edges: they
+# part the sum of |x| and |y| equally.
+_SECTORS = 1024
+_TURNS = np.arange(_SECTORS) * 4 / _SECTORS
+_EDGES = np.column_stack([abs(_TURNS - 2) - 1, 1 - abs((_TURNS + 1) % 4 - 2)])
+_EDGES /= np.hypot(*_EDGES.T)[:, None]
+
+# The distance at which segments around a point are looked for first, in meters.
+_AROUND = 8.0
+
+# The squared sine of an angle that is less than a sector.
+_NARROW = 0.98 * (4 / _SECTORS) ** 2
+
+# More than rounding, in meters and sectors; and the sine of an angle between a
+# line of sight and a segment at which it does not matter.
+_SURELY = 1e-6
+_STEEP = 1e-2
 
 
 @jit
@@ -165,39 +181,110 @@ def free_points(points, clearance, table):
     return result
 
 
-@jit_as(float64[:, ::1], MATRIX, REAL, WALLS)
-def straight_ways(points, clearance, table):
-    """Returns the straight ways between points (m, 2) that see each other.
+@jit
+def _sector(dx, dy):
+    """Returns in which of the sectors around a point a direction is.
 
-    They are rows (i, j, length), j < i, in meters.
+    Its integer part is the sector; it grows with the angle, from 0 along x.
     """
-    walls = opened(table)
-    m = len(points)
-    found = np.empty((4 * m + 8, 3))
+    part = dy / (abs(dx) + abs(dy))
+    turn = part if dx >= 0 else 2.0 - part
+    return (turn if turn >= 0 else turn + 4.0) * (_SECTORS / 4)
+
+
+@jit
+def _free_distances(px, py, walls):
+    """Returns how far (px, py) sees at most in each sector, in meters.
+
+    Where one segment lies across a whole sector, all that is beyond it is
+    surely hidden, also by the rounding of `crosses`. Segments that are farther
+    than others lie in all sectors are not looked at.
+    """
+    reach = _AROUND
+    while True:
+        near = segments_in(
+            px - reach, py - reach, px + reach, py + reach, walls
+        )
+        free = _free_of(px, py, near, walls.segments)
+        if len(near) == len(walls.segments) or free.max() <= reach:
+            return free
+        reach *= 4
+
+
+@jit
+def _free_of(px, py, near, segments):
+    """Returns the result of `_free_distances` for some segments."""
+    free = np.full(_SECTORS, np.inf)
+    for s in near:
+        ax = segments[s, 0] - px
+        ay = segments[s, 1] - py
+        bx = segments[s, 2] - px
+        by = segments[s, 3] - py
+        cross = ax * by - ay * bx
+        a2 = ax * ax + ay * ay
+        b2 = bx * bx + by * by
+        # Most segments are too short, and too far away, to fill a sector.
+        if ax * bx + ay * by > 0 and cross * cross < _NARROW * a2 * b2:
+            continue
+        ex = bx - ax
+        ey = by - ay
+        length = math.sqrt(ex * ex + ey * ey)
+        if abs(cross) <= _SURELY * length:
+            continue
+        if cross > 0:
+            first = _sector(ax, ay)
+            last = _sector(bx, by)
+        else:
+            first = _sector(bx, by)
+            last = _sector(ax, ay)
+        if last < first:
+            last += _SECTORS
+        begin = math.ceil(first + _SURELY)
+        before = math.inf
+        for k in range(begin, math.floor(last - _SURELY) + 1):
+            edge = _EDGES[k % _SECTORS]
+            # The sine of the angle at which the edge meets the segment.
+            sine = (edge[0] * ey - edge[1] * ex) / length
+            far = math.inf
+            if abs(sine) > _STEEP:
+                far = cross / (sine * length) + _SURELY
+            if k > begin:
+                behind = (k - 1) % _SECTORS
+                free[behind] = min(free[behind], max(before, far))
+            before = far
+    return free
+
+
+@jit
+def seen_from(v, points, clearance, walls, seen):
+    """Writes which of points (m, 2) point `v` sees; returns their number.
+
+    Of two points, it is the one with the larger index that looks at the other:
+    so what they see does not depend on which is asked first.
+    """
+    px = points[v, 0]
+    py = points[v, 1]
+    free = _free_distances(px, py, walls)
+    far = free.max()
+    hiders = no_hiders()
     count = 0
-    angles = np.empty(m)
-    seen = np.empty(m, dtype=np.bool_)
-    for i in range(m):
-        px, py = points[i, 0], points[i, 1]
-        for j in range(i):
-            angles[j] = math.atan2(points[j, 1] - py, points[j, 0] - px)
-        hiders = no_hiders()
-        # A segment that hides a point mostly hides the next to the left, too.
-        for j in stable_order(angles[:i]):
-            qx, qy = points[j, 0], points[j, 1]
-            seen[j] = sees_past(px, py, qx, qy, clearance, walls, hiders)
-        for j in range(i):
-            if not seen[j]:
+    for u in range(len(points)):
+        qx = points[u, 0]
+        qy = points[u, 1]
+        dx = qx - px
+        dy = qy - py
+        if abs(dx) > far or abs(dy) > far or u == v:
+            continue
+        away2 = dx * dx + dy * dy
+        if away2 > 0:
+            limit = free[int(_sector(dx, dy)) % _SECTORS]
+            if away2 > limit * limit:
                 continue
-            qx, qy = points[j, 0], points[j, 1]
-            if count == len(found):
-                longer = np.empty((2 * count, 3))
-                for k in range(count):
-                    for c in range(3):
-                        longer[k, c] = found[k, c]
-                found = longer
-            found[count, 0] = i
-            found[count, 1] = j
-            found[count, 2] = math.hypot(px - qx, py - qy)
+        if u < v:
+            is_seen = sees_past(px, py, qx, qy, clearance, walls, hiders)
+        else:
+            is_seen = sees_past(qx, qy, px, py, clearance, walls, hiders)
+        if is_seen:
+            seen[count] = u
             count += 1
-    return found[:count].copy()
+    return count

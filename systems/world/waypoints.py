@@ -10,7 +10,6 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
-    INTEGERS,
     MATRIX,
     REAL,
     WALLS,
@@ -84,7 +83,7 @@ def _shortest_in_sight(x, y, clearance, view, graph, known, walls):
 
 
 @jit
-def _choice(x, y, clearance, view, at, graph, goals, known, walls):
+def _choice(x, y, clearance, view, at, sight, graph, goals, known, walls):
     """Returns the vertex in sight of (x, y) with the shortest way, or -1.
 
     The arguments are those of `search`.
@@ -98,7 +97,7 @@ def _choice(x, y, clearance, view, at, graph, goals, known, walls):
             x, y, clearance, view, graph, known, walls
         )
         searched = search(
-            *(x, y, clearance, shortest, view, at),
+            *(x, y, clearance, shortest, view, at, sight),
             *(graph, goals, known, walls),
         )
     if shortest == math.inf:
@@ -143,21 +142,20 @@ def _waypoint(x, y, goal_x, goal_y, clearance, graph, goals, hidden, walls):
         return place_x, place_y
     known = remembered(x, y, hidden)
     vertices = graph.vertices
-    view = through(
-        x, y, goals.lengths[at], goals.states[at], known[2], vertices
-    )
+    view = through(x, y, at, graph, goals, known[2])
+    rest = (view, at, clearance, graph, goals, known, walls)
     legs = view[0]
-    choice = _choice(x, y, clearance, view, at, graph, goals, known, walls)
+    choice = _choice(x, y, clearance, *rest)
     if choice >= 0 and legs[choice] < 2 * clearance:
         slack = _SLACK * clearance
         vx, vy = vertices[choice]
-        other = _choice(x, y, slack, view, at, graph, goals, known, walls)
+        other = _choice(x, y, slack, *rest)
         ox, oy = vertices[other]
         if _turns_back(x, y, vx, vy, ox, oy, clearance):
             choice = other
     if choice < 0:
         squeezed = SQUEEZED * clearance
-        choice = _choice(x, y, squeezed, view, at, graph, goals, known, walls)
+        choice = _choice(x, y, squeezed, *rest)
     if choice < 0:
         return goal_x, goal_y
     return vertices[choice, 0], vertices[choice, 1]
@@ -165,7 +163,7 @@ def _waypoint(x, y, goal_x, goal_y, clearance, graph, goals, hidden, walls):
 
 @jit_as(
     float64[:, ::1],
-    *(MATRIX, MATRIX, REAL, MATRIX, INTEGERS, MATRIX),
+    *(MATRIX, MATRIX, REAL, MATRIX, numba.int32[:, ::1], numba.int32[::1]),
     *(float64[:, ::1], numba.int64[::1], float64[:, ::1], numba.int8[:, ::1]),
     *(numba.int64[:, ::1], numba.int32[:, ::1], WALLS),
 )
@@ -174,8 +172,8 @@ def guided(
     command,
     clearance,
     vertices,
-    begin,
-    ways,
+    seen,
+    counts,
     places,
     used,
     lengths,
@@ -189,11 +187,11 @@ def guided(
     A waypoint that is not the goal has a radius of zero. Without anybody who
     has a goal, is not there, and does not see it, with the clearance, the
     result has no rows. Rows of positions are x, y, ..., in meters. After the
-    clearance come the fields of `Graph`, and of `Goals` and `Hidden`, which are
+    clearance come the fields of `Graph`, `Goals` and `Hidden`, which are
     updated.
     """
     walls = opened(table)
-    graph = Graph(unowned(vertices), unowned(begin), unowned(ways))
+    graph = Graph(unowned(vertices), unowned(seen), unowned(counts))
     goals = Goals(
         *(unowned(places), unowned(used), unowned(lengths), unowned(states))
     )

@@ -38,19 +38,24 @@ def write_house(folder: Path, segments: int) -> Path:
         else:
             # The outlines of walls: those inside others are rooms.
             grid ^= shapely.contains_xy(shapely.Polygon(ring), xs, ys)
+    write_map(folder, "house", grid, -0.5)
+    rectangle = [0.5, 0.5, SIZE[0] - 0.5, SIZE[1] - 0.5]
+    return write_scenario(folder, "house.yaml", rectangle)
+
+
+def write_map(folder: Path, name: str, grid: np.ndarray, least: float) -> None:
+    """Writes occupied cells as a map whose least x and y are `least`."""
     image = np.where(grid, 0, 254).astype(np.uint8)[::-1]
-    Image.fromarray(image).save(folder / "house.pgm")
+    Image.fromarray(image).save(folder / f"{name}.pgm")
     settings = {
-        "image": "house.pgm",
+        "image": f"{name}.pgm",
         "resolution": RESOLUTION,
-        "origin": [-0.5, -0.5, 0.0],
+        "origin": [least, least, 0.0],
         "negate": 0,
         "occupied_thresh": 0.65,
         "free_thresh": 0.25,
     }
-    (folder / "house.yaml").write_text(yaml.safe_dump(settings))
-    rectangle = [0.5, 0.5, SIZE[0] - 0.5, SIZE[1] - 0.5]
-    return write_scenario(folder, "house.yaml", rectangle)
+    (folder / f"{name}.yaml").write_text(yaml.safe_dump(settings))
 
 
 def write_scenario(folder: Path, map_file: str, rectangle: list[float]) -> Path:
@@ -70,6 +75,35 @@ def write_scenario(folder: Path, map_file: str, rectangle: list[float]) -> Path:
     }
     (folder / "scenario.yaml").write_text(yaml.safe_dump(scenario))
     return folder / "scenario.yaml"
+
+
+def large_map(folder: Path, noise: int) -> Path:
+    """Writes a map of 2000 x 2000 cells, 100 rooms, and so much noise."""
+    rng = np.random.default_rng(0)
+    size, room = 2000, 200
+    grid = np.zeros((size, size), dtype=bool)
+    for k in range(0, size + 1, room):
+        grid[max(k - 2, 0) : k + 2] = True
+        grid[:, max(k - 2, 0) : k + 2] = True
+    y, x = np.mgrid[0:room, 0:room]
+    for j, i in np.ndindex(size // room, size // room):
+        row, column = j * room, i * room
+        if j:
+            grid[row - 2 : row + 2, column + 60 : column + 84] = False
+        if i:
+            grid[row + 60 : row + 84, column - 2 : column + 2] = False
+        for _ in range(6):
+            u, v = rng.uniform(30, 170, 2)
+            w, h = rng.uniform(5, 18, 2)
+            turn = rng.uniform(0, 3)
+            c, s = np.cos(turn), np.sin(turn)
+            along, aside = (x - u) * c + (y - v) * s, (y - v) * c - (x - u) * s
+            grid[row : row + room, column : column + room] |= (
+                abs(along) < w
+            ) & (abs(aside) < h)
+    grid[tuple(rng.integers(0, size, (2, noise)))] = True
+    write_map(folder, "large", grid, 0.0)
+    return write_scenario(folder, "large.yaml", [0.5, 0.5, 99.5, 99.5])
 
 
 def small_house(folder: Path) -> Path | None:
@@ -129,6 +163,8 @@ def main() -> None:
         ("house, 1500", lambda folder: write_house(folder, 1500)),
         ("house, 8000", lambda folder: write_house(folder, 8000)),
         ("small_house", small_house),
+        ("2000 x 2000 cells", lambda folder: large_map(folder, 0)),
+        ("the same with noise", lambda folder: large_map(folder, 7000)),
     ]
     for name, write in worlds:
         with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import (
-    INTEGERS,
     MATRIX,
     REAL,
     VECTOR,
@@ -47,8 +46,7 @@ from hunav_drake.systems.world.waypoints import guided
 
 # The routes where none are planned.
 _NO_ROUTES = RouteMap(
-    *(Obstacles.from_shapes([], solid=[]), 0.0),
-    *(np.zeros((0, 2)), np.zeros((0, 3))),
+    Obstacles.from_shapes([], solid=[]), 0.0, np.zeros((0, 2))
 )
 
 
@@ -160,7 +158,7 @@ class Adaptation:
 @jit_as(
     numba.types.Tuple((float64[::1], float64[:, ::1])),
     *(VECTOR, VECTOR, VECTOR, VECTOR, MATRIX, WALLS, VECTOR),
-    *(REAL, MATRIX, INTEGERS, MATRIX),
+    *(REAL, MATRIX, numba.int32[:, ::1], numba.int32[::1]),
     *(float64[:, ::1], numba.int64[::1], float64[:, ::1], numba.int8[:, ::1]),
     *(numba.int64[:, ::1], numba.int32[:, ::1], WALLS),
 )
@@ -174,8 +172,8 @@ def _adapted(
     rules,
     clearance,
     vertices,
-    begin,
-    ways,
+    seen,
+    counts,
     places,
     used,
     lengths,
@@ -201,7 +199,7 @@ def _adapted(
         return wanted.reshape(wanted.size), np.empty((0, 2))
     if p.planned != 0:
         led = guided(
-            *(states, command, clearance, vertices, begin, ways),
+            *(states, command, clearance, vertices, seen, counts),
             *(places, used, lengths, known, cells, hiders, routed_table),
         )
         if len(led) > 0:

@@ -1,11 +1,9 @@
 """A whole step by the rules of HuNavSim in one call of compiled code.
 
-It does what `CrowdStep` does part by part, with the same bits, for people who
-keep to no other rules: see `is_of_hunavsim`.
+It does what `CrowdStep` does part by part, with the same bits.
 """
 
-import math
-from typing import NamedTuple, TypeGuard
+from typing import NamedTuple
 
 from numba import float64
 import numpy as np
@@ -14,74 +12,61 @@ from hunav_drake.systems.common.kernels import (
     MATRIX,
     VECTOR,
     WALLS,
+    jit,
     jit_as,
     reads,
-    unowned,
 )
 from hunav_drake.systems.common.layout import (
-    COMMAND_SIZE,
-    MOTION_SIZE,
-    STATE_SIZE,
+    OBSTACLE_FORCE,
+    TOTAL_FORCE,
     VX,
     VY,
     Command,
     Hold,
+    X,
+    Y,
 )
-from hunav_drake.systems.crowd.bodies.contacts import robot_touches
-from hunav_drake.systems.crowd.bodies.finish import for_each_robot
-from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
-from hunav_drake.systems.crowd.bodies.whole_step import joined
-from hunav_drake.systems.crowd.crowd_config import CrowdConfig
-from hunav_drake.systems.crowd.limits import is_within
-from hunav_drake.systems.crowd.motion_model import MotionModel
+from hunav_drake.systems.crowd.bodies.whole_step import begin, end, numbers_in
+from hunav_drake.systems.crowd.social_force.compiled_forces import point_force
 from hunav_drake.systems.crowd.social_force.hunavsim import (
     advance,
     social_forces,
 )
-from hunav_drake.systems.crowd.social_force.model import SocialForceModel
-from hunav_drake.systems.people.parameters import K_OBSTACLE, NUM_PARAMETERS
+from hunav_drake.systems.people.parameters import K_OBSTACLE
 
 
-class Numbers(NamedTuple):
-    """The constants of a trial, before the rows of people in their turn.
+class Rules(NamedTuple):
+    """The constants of these rules, after `Numbers` and before the turns.
 
     Attributes:
-        reach: Walls farther than this exert no force, in meters.
-        most: The largest number of walls that exert forces; 0 for all.
-        time_step: In seconds.
+        pushing: The radius of robots that push as walls do, in meters; 0 for
+            none.
         measured: Whether people who stop have no velocity: 1 or 0.
     """
 
-    reach: float
-    most: float
-    time_step: float
+    pushing: float
     measured: float
 
 
-_numbers_in = reads(Numbers)
+_rules_in = reads(Rules)
 
 
-def is_of_hunavsim(
-    model: MotionModel, config: CrowdConfig
-) -> TypeGuard[SocialForceModel]:
-    """Returns whether a crowd has the rules of HuNavSim, and no others."""
-    return (
-        type(model) is SocialForceModel
-        and model.kernel == "hunavsim"
-        and not (
-            model.time_gap
-            or model.robot_obstacle_radius
-            or config.keep_out_of_walls
-            or config.route_planning
-            or config.keep_apart
-            or config.robots_stop
-            or config.groups_part
-            or config.robot_gap
-            or config.standing
-            or config.max_acceleration is not None
-            or config.max_turn_rate is not None
-        )
-    )
+@jit
+def _in_turn(rows, turns):
+    """Returns the rows of an array (n, ...) in the order of people's turns."""
+    ordered = np.empty_like(rows)
+    for k in range(len(turns)):
+        ordered[k] = rows[int(turns[k])]
+    return ordered
+
+
+@jit
+def _in_order(rows, turns):
+    """Returns the rows that `_in_turn` has ordered, as they were."""
+    result = np.empty_like(rows)
+    for k in range(len(turns)):
+        result[int(turns[k])] = rows[k]
+    return result
 
 
 @jit_as(
@@ -89,75 +74,52 @@ def is_of_hunavsim(
     *(VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, MATRIX, MATRIX, WALLS, VECTOR),
 )
 def hunavsim_step(
-    states_of_all,
-    commands,
-    stances,
-    robot_states,
-    weights,
-    eased,
-    sizes,
-    table,
-    numbers,
+    states, commands, stances, robots, weights, eased, sizes, table, numbers
 ):
     """Returns the result of a step of n people: see `whole_step`.
 
-    The arguments are those there, with other `numbers`: `Numbers`, and the rows
-    of people in their turn (n,); `eased` has no rows.
+    The arguments are those there, but after `Numbers` come `Rules`, and the
+    rows of people in their turn (n,): see `Snapshot.turns`.
     """
-    p = _numbers_in(numbers)
     n = len(sizes)
-    states = unowned(states_of_all).reshape((n, MOTION_SIZE))
-    command = unowned(commands).reshape((n, COMMAND_SIZE))
-    parameters = unowned(weights).reshape((n, NUM_PARAMETERS))
-    m = len(robot_states) // STATE_SIZE
-    robots = unowned(robot_states).reshape((m, STATE_SIZE))
-    nothing = np.empty(0)
-    if not (is_within(states) and is_within(command) and is_within(robots)):
-        return nothing
-    before = np.empty((n, MOTION_SIZE))
-    wanted = np.empty((n, COMMAND_SIZE))
-    own = np.empty((n, NUM_PARAMETERS))
-    radii = np.empty(n)
-    felt = np.empty((n, 2))
-    for k in range(n):
-        i = int(numbers[len(numbers) - n + k])
-        before[k] = states[i]
-        wanted[k] = command[i]
-        own[k] = parameters[i]
-        radii[k] = sizes[i, 2]
-        felt[k, 0] = sizes[i, 2]
-        felt[k, 1] = parameters[i, K_OBSTACLE]
-    forces = social_forces(
-        *(before, radii, wanted, own, robots, felt, table),
+    p = numbers_in(numbers)
+    turns = numbers[len(numbers) - n :]
+    rules = _rules_in(numbers[len(p) : len(p) + 2])
+    seen = begin(states, commands, robots, weights, eased, sizes, p)
+    if not seen.holds:
+        return np.empty(0)
+    ordered = _in_turn(seen.states.copy(), turns)
+    radii = _in_turn(seen.radii, turns)
+    command = _in_turn(seen.wanted, turns)
+    parameters = _in_turn(seen.parameters.copy(), turns)
+    felt = _in_turn(seen.felt, turns)
+    in_turn = social_forces(
+        *(ordered, radii, command, parameters, seen.robots, felt, table),
         *(p.reach, int(p.most)),
     )
+    forces = _in_order(in_turn, turns)
+    if rules.pushing > 0:
+        for j in range(len(seen.robots)):
+            for i in range(n):
+                push = point_force(
+                    *(seen.states[i, X], seen.states[i, Y]),
+                    *(seen.robots[j, X], seen.robots[j, Y]),
+                    seen.radii[i] + rules.pushing,
+                    *(seen.parameters[i, K_OBSTACLE], seen.parameters[i]),
+                )
+                for c in range(2):
+                    forces[i, OBSTACLE_FORCE + c] += push[c]
+                    forces[i, TOTAL_FORCE + c] += push[c]
     moved = advance(
-        *(before, radii, wanted, own, robots, felt, table),
-        *(p.reach, int(p.most), forces, p.time_step),
+        *(ordered, radii, command, parameters, seen.robots, felt, table),
+        *(p.reach, int(p.most), _in_turn(forces, turns), p.time_step),
     )
-    after = np.empty((n, MOTION_SIZE))
-    total = 0.0
-    for k in range(n):
-        i = int(numbers[len(numbers) - n + k])
-        after[i] = moved[k]
-        for c in range(forces.shape[1]):
-            total += forces[k, c]
-        if p.measured != 0 and int(command[i, Command.HOLD]) == Hold.STAY:
+    after = _in_order(moved, turns)
+    for i in range(n):
+        if (
+            rules.measured != 0
+            and int(seen.wanted[i, Command.HOLD]) == Hold.STAY
+        ):
             after[i, VX] = 0.0
             after[i, VY] = 0.0
-        for c in range(after.shape[1]):
-            total += after[i, c]
-    if not math.isfinite(total):
-        return nothing
-    touches = robot_touches(
-        states,
-        for_each_robot(after, m),
-        sizes[:, 0].copy(),
-        robots,
-        p.time_step,
-    )
-    stance = np.empty((n, STANCE_SIZE))
-    for i in range(n):
-        for c in range(STANCE_SIZE):
-            stance[i, c] = stances[STANCE_SIZE * i + c]
-    return joined(after, stance, touches)
+    return end(seen, forces, after, stances, sizes, table, p)

@@ -24,6 +24,7 @@ from hunav_drake.systems.crowd.bodies.time_gap import DOUBT, SLIM, SOFT
 from hunav_drake.systems.people.parameters import EPSILON
 from hunav_drake.systems.world.nearest import nearest_on_segments
 from hunav_drake.systems.world.ray_cast import first_hit
+from hunav_drake.systems.world.sweep import path_distance
 from hunav_drake.systems.world.walls import opened, segments_in
 
 # The largest distance between people who take turns, in meters.
@@ -48,6 +49,9 @@ _BEFORE, _ASIDE = 0.2, 0.1
 # A person in a passage, or this near before it, goes straight back, in meters.
 _MOUTH = 0.1
 
+# More than one, by more than the rounding of lengths.
+_MORE = 1 + 1e-9
+
 # Distances to a passage that differ by less than this are equal, in meters.
 _TIE = 1e-9
 
@@ -56,18 +60,23 @@ _THERE = 0.1
 
 
 @jit
-def _width(x, y, ex, ey, near, segments, posts):
+def _width(x, y, ex, ey, limit, near, segments, posts):
     """Returns the apparent width of a place for a person going to (ex, ey).
 
     As in `passage_width`, walls ahead or behind, rather than beside, count as
-    farther; and beyond 72 degrees, they do not count. Array `posts` receives
-    the nearest points on the left and on the right: (x, y, x, y).
+    farther; and beyond 72 degrees, they do not count. A side on which there is
+    nothing up to the limit is as wide as that. Array `posts` receives the
+    nearest points on the left and on the right: (x, y, x, y).
     """
-    left = math.inf
-    right = math.inf
+    left = limit
+    right = limit
     for s in near:
         nx, ny, d2 = nearest_on_segments(x, y, segments, s, s + 1)
         beside = ex * (ny - y) - ey * (nx - x)
+        # (Nothing seems nearer than it is, to rounding.)
+        nearest = left if beside > 0 else right
+        if d2 > _MORE * nearest * nearest:
+            continue
         away = math.sqrt(d2)
         if beside == 0 or abs(beside) < _SIDE * away:
             continue
@@ -105,6 +114,18 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
     )
     if len(near) == 0:
         return math.nan, math.nan
+    if first_hit(x, y, x + length * ex, y + length * ey, walls) <= 1:
+        return math.nan, math.nan
+    # Only walls this near make a place between the two narrow.
+    close = np.empty(len(near), np.int64)
+    count = 0
+    for s in near:
+        away = path_distance(
+            x, y, x + length * ex, y + length * ey, walls.segments, s
+        )
+        if away < _MORE * need:
+            close[count] = s
+            count += 1
     posts = np.empty(4)
     places = max(int(length / _SPACING) + 1, 2)
     spacing = length / (places - 1)
@@ -113,15 +134,13 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
     for k in range(places):
         at = k * spacing
         width = _width(
-            x + at * ex, y + at * ey, ex, ey, near, walls.segments, posts
+            *(x + at * ex, y + at * ey, ex, ey, need),
+            *(close[:count], walls.segments, posts),
         )
         if width < narrowest:
             narrowest = width
             middle = k
-    if (
-        middle < 0
-        or first_hit(x, y, x + length * ex, y + length * ey, walls) <= 1
-    ):
+    if middle < 0:
         return math.nan, math.nan
     found = np.empty(2)
     for end in range(2):
@@ -131,7 +150,8 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
         inner = narrowest
         while -_BEHIND <= at <= ahead:
             width = _width(
-                x + at * ex, y + at * ey, ex, ey, near, walls.segments, posts
+                *(x + at * ex, y + at * ey, ex, ey, math.inf),
+                *(near, walls.segments, posts),
             )
             if width >= need:
                 part = (width - need) / (width - inner)

@@ -71,7 +71,109 @@ class Numbers(NamedTuple):
     iterations: float
 
 
-_numbers_in = reads(Numbers)
+numbers_in = reads(Numbers)
+
+
+class Begun(NamedTuple):
+    """What people see at the begin of a step, as in a `Snapshot`.
+
+    Attributes:
+        states: Shape (n, 6).
+        command: Shape (n, COMMAND_SIZE), as given.
+        wanted: The same, adapted.
+        parameters: Shape (n, 13).
+        robots: Shape (m, 7).
+        radii: Shape (n,), in meters.
+        felt: Shape (n, 2): `Snapshot.at_walls`.
+        pairs: Shape (p, 2): all pairs of people who are near each other.
+        known: How near, in meters: see `follow`.
+        holds: Whether no number is so large that `limited` would change it.
+    """
+
+    states: np.ndarray
+    command: np.ndarray
+    wanted: np.ndarray
+    parameters: np.ndarray
+    robots: np.ndarray
+    radii: np.ndarray
+    felt: np.ndarray
+    pairs: np.ndarray
+    known: float
+    holds: bool
+
+
+@jit
+def begin(states_of_all, commands, robot_states, weights, eased, sizes, p):
+    """Returns what people see at the begin of a step, a `Begun`.
+
+    The arguments are those of `whole_step`, and its `Numbers`.
+    """
+    n = len(sizes)
+    m = len(robot_states) // STATE_SIZE
+    states = unowned(states_of_all).reshape((n, MOTION_SIZE))
+    command = unowned(commands).reshape((n, COMMAND_SIZE))
+    robots = unowned(robot_states).reshape((m, STATE_SIZE))
+    parameters = unowned(weights).reshape((n, NUM_PARAMETERS))
+    bodies = np.empty(n)
+    radii = np.empty(n)
+    felt = np.empty((n, 2))
+    for i in range(n):
+        bodies[i] = sizes[i, 0]
+        radii[i] = sizes[i, 2]
+        if len(eased) > 0:
+            felt[i, 0] = eased[i, 0]
+            felt[i, 1] = eased[i, 1]
+        else:
+            felt[i, 0] = sizes[i, 2]
+            felt[i, 1] = parameters[i, K_OBSTACLE]
+    pairs = np.empty((0, 2), np.int64)
+    known = -1.0
+    wanted = command.copy()
+    holds = is_within(states) and is_within(command) and is_within(robots)
+    if holds and len(eased) == 0 and p.parts != 0 and is_grouped(command):
+        groups = walking_groups(states, command, command)
+        wanted[:, Command.GROUP_ID] = groups
+    if holds and p.time_gap > 0:
+        wanted, felt, pairs, known = follow(
+            *(states, bodies, wanted, parameters, felt),
+            *(p.time_gap, p.matching),
+        )
+    return Begun(
+        *(states, command, wanted, parameters, robots, radii, felt),
+        *(pairs, known, holds),
+    )
+
+
+@jit
+def end(begun, forces, after, stances, sizes, table, p):
+    """Returns the result of `whole_step`, given the forces and what they do."""
+    total = 0.0
+    for i in range(len(after)):
+        for c in range(forces.shape[1]):
+            total += forces[i, c]
+        for c in range(after.shape[1]):
+            total += after[i, c]
+    if not math.isfinite(total):
+        return np.empty(0)
+    stance = stances.copy().reshape((len(after), STANCE_SIZE))
+    after, touches = finish(
+        *(begun.states, after, forces, begun.wanted, stance, begun.robots),
+        *(sizes, table),
+        Options(
+            *(p.standing, p.keep_apart),
+            *(p.acceleration, p.turn_rate, p.walled),
+        ),
+        *(p.time_step, int(p.iterations)),
+        *(begun.pairs, begun.known),
+    )
+    result = np.empty(after.size + stance.size + touches.size)
+    at = 0
+    for rows in (after, stance, touches):
+        for i in range(rows.shape[0]):
+            for c in range(rows.shape[1]):
+                result[at] = rows[i, c]
+                at += 1
+    return result
 
 
 @jit_as(
@@ -79,15 +181,7 @@ _numbers_in = reads(Numbers)
     *(VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, MATRIX, MATRIX, WALLS, VECTOR),
 )
 def whole_step(
-    states_of_all,
-    commands,
-    stances_of_all,
-    robot_states,
-    weights,
-    eased,
-    sizes,
-    table,
-    numbers,
+    states, commands, stances, robots, weights, eased, sizes, table, numbers
 ):
     """Returns the result of a step of n people: one vector.
 
@@ -101,76 +195,13 @@ def whole_step(
     is nothing but groups to adapt to. `sizes` (n, 3) are those of `finish`, and
     the radius of each person, in meters. `numbers` are `Numbers`.
     """
-    p = _numbers_in(numbers)
-    n = len(sizes)
-    states = unowned(states_of_all).reshape((n, MOTION_SIZE))
-    command = unowned(commands).reshape((n, COMMAND_SIZE))
-    parameters = unowned(weights).reshape((n, NUM_PARAMETERS))
-    m = len(robot_states) // STATE_SIZE
-    robots = unowned(robot_states).reshape((m, STATE_SIZE))
-    nothing = np.empty(0)
-    if not (is_within(states) and is_within(command) and is_within(robots)):
-        return nothing
-    stance = np.empty((n, STANCE_SIZE))
-    bodies = np.empty(n)
-    radii = np.empty(n)
-    felt = np.empty((n, 2))
-    for i in range(n):
-        for c in range(STANCE_SIZE):
-            stance[i, c] = stances_of_all[STANCE_SIZE * i + c]
-        bodies[i] = sizes[i, 0]
-        radii[i] = sizes[i, 2]
-        if len(eased) > 0:
-            felt[i, 0] = eased[i, 0]
-            felt[i, 1] = eased[i, 1]
-        else:
-            felt[i, 0] = sizes[i, 2]
-            felt[i, 1] = parameters[i, K_OBSTACLE]
-    pairs = np.empty((0, 2), np.int64)
-    known = -1.0
-    wanted = command.copy()
-    if len(eased) == 0 and p.parts != 0 and is_grouped(command):
-        groups = walking_groups(states, command, command)
-        wanted[:, Command.GROUP_ID] = groups
-    if p.time_gap > 0:
-        wanted, felt, pairs, known = follow(
-            *(states, bodies, wanted, parameters, felt),
-            *(p.time_gap, p.matching),
-        )
+    p = numbers_in(numbers)
+    seen = begin(states, commands, robots, weights, eased, sizes, p)
+    if not seen.holds:
+        return np.empty(0)
     forces = fast_social_forces(
-        *(states, radii, wanted, parameters, robots, felt, table),
-        *(p.reach, int(p.most), p.error),
+        *(seen.states, seen.radii, seen.wanted, seen.parameters, seen.robots),
+        *(seen.felt, table, p.reach, int(p.most), p.error),
     )
-    total = 0.0
-    for i in range(n):
-        for c in range(forces.shape[1]):
-            total += forces[i, c]
-    after = advance(states, forces, wanted, p.time_step)
-    for i in range(n):
-        for c in range(after.shape[1]):
-            total += after[i, c]
-    if not math.isfinite(total):
-        return nothing
-    after, touches = finish(
-        *(states, after, forces, wanted, stance, robots, sizes, table),
-        Options(
-            *(p.standing, p.keep_apart),
-            *(p.acceleration, p.turn_rate, p.walled),
-        ),
-        *(p.time_step, int(p.iterations)),
-        *(pairs, known),
-    )
-    return joined(after, stance, touches)
-
-
-@jit
-def joined(states, stances, touches):
-    """Returns the numbers of three arrays as one vector."""
-    result = np.empty(states.size + stances.size + touches.size)
-    at = 0
-    for rows in (states, stances, touches):
-        for i in range(rows.shape[0]):
-            for c in range(rows.shape[1]):
-                result[at] = rows[i, c]
-                at += 1
-    return result
+    after = advance(seen.states, forces, seen.wanted, p.time_step)
+    return end(seen, forces, after, stances, sizes, table, p)

@@ -240,14 +240,17 @@ def push_back(px, py, ex, ey, own, k, pull, felt, found):
     radius, factor = own
     depth = min((radius - WIDEST) / k[SIGMA], MOST)
     bounds = np.full(STEPS, len(walls.solid) * abs(factor) * math.exp(depth))
+    # Pushes ahead count if those walls surely push.
+    all_push = most == 0 and reach >= WIDEST
     for j in range(found.shape[1]):
         for step in range(STEPS):
             d2 = found[2, j, step]
             back = -(ex * found[0, j, step] + ey * found[1, j, step]) * factor
-            if back > 0 and 0 < d2 < WIDEST * WIDEST:
+            if (back > 0 or all_push) and 0 < d2 < WIDEST * WIDEST:
                 near = math.sqrt(d2)
                 depth = min((radius - near) / k[SIGMA], MOST)
-                bounds[step] += back / near * math.exp(depth)
+                push = back / near * math.exp(depth)
+                bounds[step] += push + _HAIR * abs(push)
     back = 0.0
     for _ in range(STEPS):
         step = np.argmax(bounds)

@@ -66,6 +66,10 @@ def outlines(occupied: Mask) -> list[Array]:
         rings[int(labels[cell])].append(ring)
     result = []
     for solid in rings.values():
+        if len(solid) == 1 and len(solid[0]) == 4:
+            # A rectangle of cells, as most noise is, stays as it is.
+            result.append(solid[0])
+            continue
         for polygon in _polygons(solid):
             result += list(_without_holes(polygon))
     return result

@@ -45,12 +45,12 @@ def both_ways(config, walls, n, m, seed, *, spread=2.0):
     return dut.take(*arguments, stances), parts
 
 
-MEASURED = {
-    "type": "social_force",
-    "kernel": "hunavsim",
+HUNAVSIM = {"type": "social_force", "kernel": "hunavsim"}
+IN_GAZEBO = {
+    **HUNAVSIM,
     "time_gap": 0.0,
-    "speed_matching": 0.0,
     "measured_velocities": True,
+    "robot_obstacle_radius": 0.27,
 }
 
 
@@ -58,7 +58,8 @@ MEASURED = {
     "config",
     [
         *({}, BODILESS, FREE, {"standing": False}, {"groups_part": False}),
-        *({"profile": "hunavsim"}, {"profile": "hunavsim", "model": MEASURED}),
+        *({"profile": "hunavsim"}, {"model": HUNAVSIM}),
+        {"profile": "hunavsim", "model": IN_GAZEBO, "keep_apart": True},
     ],
 )
 @pytest.mark.parametrize("walls", [NO_WALLS, WALLS], ids=["open", "walls"])

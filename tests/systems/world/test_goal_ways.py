@@ -1,6 +1,6 @@
 """Ways to goals are found piece by piece, and are those of a whole search."""
 
-import math
+import functools
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
@@ -14,8 +14,11 @@ from hunav_drake.systems.world.obstacles import Obstacles, inside
 from hunav_drake.systems.world.routes import RouteMap
 from hunav_drake.systems.world.visibility_graph import SQUEEZED, blocked
 from tests.benchmarks.house import SIZE, house
+from tests.systems.world.straight_ways import straight_ways
 
 CLEARANCE = 0.3
+
+ways_of = functools.lru_cache(maxsize=1)(straight_ways)
 
 
 def seen(dut, p, points, clearance):
@@ -32,10 +35,11 @@ def lengths_to(dut, goal):
         if len(near):
             break
     legs = np.hypot(*(dut.vertices[near] - goal).T)
-    i, j = dut.ways[:, :2].astype(np.int32).T
+    ways = ways_of(dut)
+    i, j = ways[:, :2].astype(np.int32).T
     graph = coo_array(
         (
-            np.concatenate([dut.ways[:, 2], legs]),
+            np.concatenate([ways[:, 2], legs]),
             (np.append(i, np.full(len(near), m)), np.append(j, near)),
         ),
         shape=(m + 1, m + 1),
@@ -177,7 +181,7 @@ def test_the_memory_has_room_for_the_goals_of_everybody():
 
 def test_a_goal_that_takes_the_place_of_another_changes_nothing(monkeypatch):
     dut = RouteMap.from_obstacles(house(200), clearance=CLEARANCE)
-    small = RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
+    small = RouteMap(dut.obstacles, dut.sight, dut.vertices)
     tiny = goal_ways.no_goals(len(dut.vertices), 2)
     object.__setattr__(small, "_goals", lambda _: tiny)
     goals = places(dut.obstacles, SIZE, 12, 7)
@@ -186,4 +190,4 @@ def test_a_goal_that_takes_the_place_of_another_changes_nothing(monkeypatch):
             np.testing.assert_array_equal(
                 small.next_waypoint(p, goal), dut.next_waypoint(p, goal)
             )
-    assert math.isfinite(tiny.lengths.min())
+    assert np.isfinite(tiny.lengths).any()

@@ -99,12 +99,10 @@ class CrowdAtWalls:
         places = np.ascontiguousarray(self.states[:, :2])
         yield visibility_graph.blocked(places, self.goals, 0.285, table)
         yield visibility_graph.free_points(places, 0.285, table)
-        yield visibility_graph.straight_ways(places, 0.285, table)
         yield nearest_on_walls(places, table)
         for p, q in zip(places, self.goals, strict=True):
             yield ray_cast(*p, *q, table)
             yield clearance_ahead(*p, q[0], 0.3, 4.0, table)
-            yield visibility_graph.standing_place(*p, 0.285, table)
 
 
 @given(worlds, st.integers(0, 2**32))

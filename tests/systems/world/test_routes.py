@@ -16,6 +16,7 @@ from hunav_drake.systems.world.obstacles import (
 from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.routes import RouteMap
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
+from tests.systems.world.straight_ways import straight_ways
 
 CLEARANCE = 0.3
 
@@ -107,8 +108,9 @@ def make_map(walls, clearance=CLEARANCE):
 def lengths(dut):
     """The lengths of the shortest ways between the vertices."""
     m = len(dut.vertices)
-    i, j = dut.ways[:, :2].astype(np.int32).T
-    graph = coo_array((dut.ways[:, 2], (i, j)), shape=(m, m))
+    ways = straight_ways(dut)
+    i, j = ways[:, :2].astype(np.int32).T
+    graph = coo_array((ways[:, 2], (i, j)), shape=(m, m))
     return dijkstra(graph.tocsr(), directed=False)
 
 
@@ -416,9 +418,7 @@ def test_people_asked_for_together_get_the_same_waypoints():
     assert ((together != goals).any(axis=1)).sum() > 10
     for i in range(50):
         fresh = (
-            RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
-            if i < 3
-            else dut
+            RouteMap(dut.obstacles, dut.sight, dut.vertices) if i < 3 else dut
         )
         np.testing.assert_array_equal(
             fresh.next_waypoint(positions[i], goals[i]), together[i]

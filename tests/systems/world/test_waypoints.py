@@ -4,10 +4,11 @@ from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake.systems.world import hidden, visibility_graph
+from hunav_drake.systems.world import goal_ways, hidden, visibility_graph
 from hunav_drake.systems.world.obstacles import Obstacles, inside
 from hunav_drake.systems.world.routes import RouteMap
 from tests.benchmarks.house import SIZE, house
+from tests.systems.world.straight_ways import straight_ways
 
 CLEARANCE = 0.3
 
@@ -25,7 +26,7 @@ def places(world, count, seed):
 
 def unremembered(dut, p, goal):
     """The next waypoint, of a memory that knows nothing."""
-    fresh = RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
+    fresh = RouteMap(dut.obstacles, dut.sight, dut.vertices)
     return fresh.next_waypoint(p, goal)
 
 
@@ -76,7 +77,7 @@ def test_the_memory_forgets_cells_and_stays_right(world, monkeypatch):
     """A memory of three cells, of which each takes the place of others."""
     dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
     monkeypatch.setattr(hidden, "_MOST", 3 * len(dut.vertices))
-    small = RouteMap(dut.obstacles, dut.sight, dut.vertices, dut.ways)
+    small = RouteMap(dut.obstacles, dut.sight, dut.vertices)
     assert len(small._hidden.cells) == 3
     for p in places(world, 60, 6):
         np.testing.assert_array_equal(
@@ -93,7 +94,6 @@ def test_the_memory_forgets_cells_and_stays_right(world, monkeypatch):
 )
 @settings(max_examples=40)
 def test_ways_are_those_that_vertices_see(rows, goal):
-    """Vertices see each other in whatever order they are asked for."""
     boxes = [
         np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
         for x, y, w, h in np.round(rows, 3)
@@ -103,15 +103,43 @@ def test_ways_are_those_that_vertices_see(rows, goal):
         return
     world = Obstacles.from_shapes(boxes, solid=[True] * len(boxes))
     dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
-    m = len(dut.vertices)
-    i, j = np.tril_indices(m, -1)
-    seen = ~visibility_graph.blocked(
-        dut.vertices[i], dut.vertices[j], dut.sight, dut.obstacles.table
-    )
-    np.testing.assert_array_equal(
-        dut.ways[:, :2], np.column_stack([i, j])[seen].reshape(-1, 2)
-    )
-    lengths = np.hypot(*(dut.vertices[i] - dut.vertices[j]).T)[seen]
-    np.testing.assert_allclose(dut.ways[:, 2], lengths)
+    for p in places(world, 4, 0) / 3 - 3:
+        dut.next_waypoint(p, goal)
+    assert_ways_are_right(dut)
     if not inside(world, np.array([goal])).any():
         np.testing.assert_array_equal(dut.next_waypoint(goal, goal), goal)
+
+
+def test_ways_between_many_vertices_are_those_that_they_see(world):
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    for p in places(world, 40, 8):
+        dut.next_waypoint(p, (15.0, 10.5))
+    assert assert_ways_are_right(dut) > len(dut.vertices) / 2
+
+
+def assert_ways_are_right(dut):
+    """Compares what is known of vertices; returns the number of these."""
+    m = len(dut.vertices)
+    sees = np.zeros((m, m), dtype=bool)
+    i, j = straight_ways(dut)[:, :2].astype(int).T
+    sees[i, j] = sees[j, i] = True
+    graph = dut._graph
+    (known,) = (graph.counts >= 0).nonzero()
+    for v in known:
+        (expected,) = sees[v].nonzero()
+        np.testing.assert_array_equal(
+            graph.seen[v, : graph.counts[v]], expected
+        )
+    return len(known)
+
+
+def test_vertices_that_see_very_many_lead_the_same_way(world, monkeypatch):
+    dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
+    monkeypatch.setattr(goal_ways, "_MOST_SEEN", 3)
+    small = RouteMap(dut.obstacles, dut.sight, dut.vertices)
+    for p in places(world, 40, 9):
+        np.testing.assert_array_equal(
+            small.next_waypoint(p, (15.0, 10.5)),
+            dut.next_waypoint(p, (15.0, 10.5)),
+        )
+    assert (small._graph.counts == goal_ways._MANY).any()

@@ -137,3 +137,17 @@ def test_noise_without_end_is_refused(monkeypatch):
     noise = np.indices((20, 20)).sum(axis=0) % 2 == 0
     with pytest.raises(ValueError, match="at most 100 sides, got 800"):
         outlines(noise)
+
+
+def test_rectangles_of_cells_stay_as_they_are():
+    """As most noise is."""
+    grid = np.zeros((9, 12), dtype=bool)
+    grid[1, 2] = grid[4:7, 5:7] = True
+    found = sorted(ring.tolist() for ring in outlines(grid))
+    expected = [
+        [[2, 1], [3, 1], [3, 2], [2, 2]],
+        [[5, 4], [7, 4], [7, 7], [5, 7]],
+    ]
+    for ring, corners in zip(found, expected, strict=True):
+        assert {*map(tuple, ring)} == {*map(tuple, corners)}
+        assert shapely.Polygon(ring).exterior.is_ccw
