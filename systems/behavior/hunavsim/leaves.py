@@ -152,7 +152,8 @@ def _is_goal_reached(tick: Tick) -> bool:
     if not has_goal(tick):
         return False
     x, y = goal_of(tick)
-    return math.hypot(x - tick.x, y - tick.y) <= tick.reach + GOAL_MARGIN
+    away = math.hypot(x - tick.x, y - tick.y)
+    return bool(away <= tick.reach + GOAL_MARGIN)
 
 
 @jit

@@ -266,14 +266,8 @@ def _find_lane(tick, robots, clearance, usual, body):
     room, lane = _widest_lane(tick, robots, clearance, usual, body)
     if room < clearance - _WORTH:
         # Not past all of them at once, but past those that are side by side.
-        abreast = np.empty_like(robots)
-        count = 0
-        for it in robots:
-            if abs(it[AHEAD] - first) < clearance:
-                for k in range(3):
-                    abreast[count, k] = it[k]
-                count += 1
-        room, lane = _widest_lane(tick, abreast[:count], clearance, usual, body)
+        abreast = robots[np.abs(robots[:, AHEAD] - first) < clearance]
+        _, lane = _widest_lane(tick, abreast, clearance, usual, body)
     return lane
 
 

@@ -9,24 +9,7 @@ is interrupted.
 from numba import void
 import numpy as np
 
-from hunav_drake.systems.behavior.nodes.operations import (
-    ACTION,
-    AGAIN,
-    AROUND,
-    CONDITION,
-    DELAY,
-    GIVE,
-    IF,
-    MAPPED,
-    ORDERED,
-    PYTHON,
-    REACTIVE,
-    RUN_ONCE,
-    SET,
-    SWITCH,
-    TIMEOUT,
-    WHILE,
-)
+from hunav_drake.systems.behavior.nodes import operations as op
 from hunav_drake.systems.behavior.nodes.pointers import (
     call_leaf,
     integers_at,
@@ -42,20 +25,13 @@ from hunav_drake.systems.behavior.nodes.scripts import (
     interrupt,
     row_at,
 )
-from hunav_drake.systems.behavior.nodes.status import (
-    FAILURE as _FAILURE,
-    IDLE as _IDLE,
-    RUNNING as _RUNNING,
-    SKIPPED as _SKIPPED,
-    SUCCESS as _SUCCESS,
-)
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.table import PORT
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
 from hunav_drake.systems.common.kernels import INTEGER, jit_as, jit_part
 
 # (Compiled code knows them as numbers.)
-IDLE, RUNNING, SUCCESS = int(_IDLE), int(_RUNNING), int(_SUCCESS)
-FAILURE, SKIPPED = int(_FAILURE), int(_SKIPPED)
+IDLE, RUNNING, SUCCESS, FAILURE, SKIPPED = map(int, NodeStatus)
 
 # The number of times that Repeat and RetryUntilSuccessful tick a child that
 # completes at once, before they leave the rest to the next tick.
@@ -164,53 +140,53 @@ def enter(tick, row, has_read):
             return 0
         at = tick.values
     ports = numbers_at(at)
-    if operation <= AROUND:
+    if operation <= op.AROUND:
         if node.leaf == 0:
             interrupt(tick, row, COMPILE_LEAF, 0)
             return 0
         result = _call(tick, node, ports)
-        if operation == CONDITION:
+        if operation == op.CONDITION:
             return -SUCCESS if result else -FAILURE
-        return -result if operation == ACTION else row + 1
-    if operation == PYTHON:
+        return -result if operation == op.ACTION else row + 1
+    if operation == op.PYTHON:
         interrupt(tick, row, RUN_LEAF, 0)
         return 0
-    if operation == ORDERED:
+    if operation == op.ORDERED:
         scratch[0] = min(max(memory[node.first], 0.0), node.children)
         scratch[1] = np.int64(memory[node.first + 1])
         child = _child(tick, row, scratch[0])
         return child if child else -node.a
-    if operation == REACTIVE:
+    if operation == op.REACTIVE:
         scratch[1] = 0
         return row + 1
-    if operation == GIVE:
+    if operation == op.GIVE:
         return -node.a
-    if operation == SET:
+    if operation == op.SET:
         value = _number(tick, node, 0)
         if value == UNSET:
             return -FAILURE
         slot = record_at(tick.ports, node.first_port + 1, PORT).slot
         memory[slot] = value
         return -SUCCESS
-    if operation == AGAIN:
+    if operation == op.AGAIN:
         scratch[0] = np.int64(ports[0])
         scratch[1] = np.int64(memory[node.first])
         # An endless loop over a child that completes at once has one cycle in
         # each tick.
         scratch[2] = 1 if scratch[0] == -1 else MAX_CYCLES_PER_TICK
         return _tick_again(tick, row)
-    if operation == RUN_ONCE:
+    if operation == op.RUN_ONCE:
         if memory[node.first] == 0:
             return row + 1
         if ports[0] or not RUNNING < memory[node.first] < SKIPPED:
             return -SKIPPED
         return -np.int64(memory[node.first])
-    if operation == DELAY:
+    if operation == op.DELAY:
         if not steps_reach(memory[node.first], tick.time_step, ports[0] / 1000):
             memory[node.first] += 1
             return -RUNNING
         return row + 1
-    if operation == TIMEOUT:
+    if operation == op.TIMEOUT:
         limit = ports[0] / 1000
         passed = memory[node.first]
         scratch[0] = limit != 0
@@ -219,11 +195,11 @@ def enter(tick, row, has_read):
             halt(tick, row + 1, node.end)
             return -FAILURE
         return row + 1
-    if operation == IF:
+    if operation == op.IF:
         return max(_child(tick, row, np.int64(memory[node.first])), row + 1)
-    if operation in (WHILE, MAPPED):
+    if operation in (op.WHILE, op.MAPPED):
         return row + 1
-    if operation == SWITCH:
+    if operation == op.SWITCH:
         chosen = 0
         value = _number(tick, node, 0)
         while chosen < node.num_ports - 1 and (
@@ -251,7 +227,7 @@ def resume(tick, row, child, status):
     memory = numbers_at(tick.memory)
     scratch = _scratch(tick, row)
     operation = node.operation
-    if operation == ORDERED:
+    if operation == op.ORDERED:
         following = 0
         if status == node.a or status == SKIPPED:
             scratch[1] += status == SKIPPED
@@ -269,7 +245,7 @@ def resume(tick, row, child, status):
         memory[node.first + 1] = 0.0
         _tidy(tick, row)
         return -status
-    if operation == REACTIVE:
+    if operation == op.REACTIVE:
         if status == RUNNING:
             halt(tick, row + 1, child)
             halt(tick, row_at(tick, child).end, node.end)
@@ -284,16 +260,16 @@ def resume(tick, row, child, status):
             status = SKIPPED if scratch[1] == node.children else node.a
         halt(tick, row + 1, node.end)
         return -status
-    if operation == MAPPED:
+    if operation == op.MAPPED:
         if status == RUNNING:
             return -node.a
         if status == SUCCESS:
             return -node.b
         return -(node.c if status == FAILURE else node.d)
-    if operation == AROUND:
+    if operation == op.AROUND:
         _call_after(tick, row, status)
         return -status
-    if operation == AGAIN:
+    if operation == op.AGAIN:
         if status == node.a:
             scratch[2] -= 1
             # Endless loops do not count, so that nothing grows.
@@ -301,23 +277,23 @@ def resume(tick, row, child, status):
             return _tick_again(tick, row)
         memory[node.first] = 0.0 if status == node.b else scratch[1]
         return -status
-    if operation == RUN_ONCE:
+    if operation == op.RUN_ONCE:
         if status in (SUCCESS, FAILURE):
             memory[node.first] = status
         return -status
-    if operation == DELAY:
+    if operation == op.DELAY:
         if status in (SUCCESS, FAILURE):
             memory[node.first] = 0.0
         return -status
-    if operation == TIMEOUT:
+    if operation == op.TIMEOUT:
         if status == RUNNING and scratch[0]:
             memory[node.first] += 1
         elif status != SKIPPED:
             memory[node.first] = 0.0
         return -status
-    if operation in (IF, WHILE):
+    if operation in (op.IF, op.WHILE):
         return _branch(tick, row, child, status)
-    if operation == SWITCH:
+    if operation == op.SWITCH:
         index = row_at(tick, child).index
         memory[node.first] = index + 1 if status == RUNNING else 0
         if status != RUNNING and status != SKIPPED:
@@ -351,7 +327,7 @@ def _branch(tick, row, child, status):
     """Goes on with IfThenElse or WhileDoElse after its child was ticked."""
     node = row_at(tick, row)
     memory = numbers_at(tick.memory)
-    is_if = node.operation == IF
+    is_if = node.operation == op.IF
     index = row_at(tick, child).index
     if status == RUNNING:
         if is_if:

@@ -7,7 +7,12 @@ simulated times, counted in ticks from the first one.
 from typing import Annotated, Any
 
 from hunav_drake.systems.behavior.nodes import operations as op
-from hunav_drake.systems.behavior.nodes.node import MANY, Node, NodeType
+from hunav_drake.systems.behavior.nodes.node import (
+    MANY,
+    Category,
+    Node,
+    NodeType,
+)
 from hunav_drake.systems.behavior.nodes.operations import Operation
 from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.behavior.nodes.status import (
@@ -18,108 +23,88 @@ from hunav_drake.systems.behavior.nodes.status import (
 )
 from hunav_drake.systems.common.schema import within
 
-Milliseconds = Annotated[float, within(0, 1e9, "ms")]
+_MILLISECONDS = Annotated[float, within(0, 1e9, "ms")]
 _CYCLES = Annotated[int, within(-1, 1e9)]
-
 _PLACE = {"child": 0.0, "skipped": 0.0}
 
 
-def _control(
-    name: str, doc: str, operation: Operation, **more: Any
-) -> NodeType:
-    return NodeType(name, "Control", operation, doc, **more)
-
-
-def _decorator(
+def _node(
+    category: Category,
     name: str,
     doc: str,
-    operation: Operation,
-    port: Port | None = None,
-    slot: str = "",
-    kept: tuple[str, ...] = (),
+    code: int,
+    *numbers: int,
+    ports: tuple[Port, ...] = (),
+    **more: Any,
 ) -> NodeType:
-    return NodeType(
-        name,
-        "Decorator",
-        operation,
-        doc,
-        ports={port.name: port} if port else {},
-        slots={slot: 0.0} if slot else {},
-        kept=kept,
-        children=(1, 1),
-    )
+    by_name = {port.name: port for port in ports}
+    operation = Operation(code, numbers)
+    return NodeType(name, category, operation, doc, ports=by_name, **more)
 
 
-def _mapped(success: int, failure: int, skipped: int = SKIPPED) -> Operation:
-    return Operation(op.MAPPED, (RUNNING, success, failure, skipped))
+def _control(*what: Any, **more: Any) -> NodeType:
+    return _node("Control", *what, **{"children": MANY, **more})
+
+
+def _decorator(*what: Any, slot: str = "", **more: Any) -> NodeType:
+    slots = {slot: 0.0} if slot else {}
+    return _node("Decorator", *what, children=(1, 1), slots=slots, **more)
+
+
+def _mapped(name: str, doc: str, success: int, failure: int) -> NodeType:
+    # What the node is while its child runs, succeeds, fails, or skips.
+    return _decorator(name, doc, op.MAPPED, RUNNING, success, failure, SKIPPED)
 
 
 # The type of <SubTree>: the node shows where a subtree begins. Its ports are
 # those of the subtree, so the parser handles it apart.
-SUBTREE = _decorator(
-    "SubTree", "Ticks another tree.", _mapped(SUCCESS, FAILURE)
-)
+SUBTREE = _mapped("SubTree", "Ticks another tree.", SUCCESS, FAILURE)
 
-_SEQUENCES = (
+LANGUAGE_NODES = (
     _control(
-        "Sequence",
-        "Ticks its children in order while they succeed.",
-        Operation(op.ORDERED, (SUCCESS, False)),
+        *("Sequence", "Ticks its children in order while they succeed."),
+        *(op.ORDERED, SUCCESS, False),
         slots=_PLACE,
-        children=MANY,
     ),
     _control(
-        "Fallback",
-        "Ticks its children in order until one succeeds.",
-        Operation(op.ORDERED, (FAILURE, False)),
+        *("Fallback", "Ticks its children in order until one succeeds."),
+        *(op.ORDERED, FAILURE, False),
         slots=_PLACE,
-        children=MANY,
     ),
     _control(
         "SequenceWithMemory",
         "A Sequence that goes on at the child that failed.",
-        Operation(op.ORDERED, (SUCCESS, True)),
+        *(op.ORDERED, SUCCESS, True),
         slots=_PLACE,
         kept=("child",),
-        children=MANY,
     ),
     _control(
         "ReactiveSequence",
         "A Sequence that starts at its first child in each tick.",
-        Operation(op.REACTIVE, (SUCCESS,)),
-        children=MANY,
+        *(op.REACTIVE, SUCCESS),
     ),
     _control(
         "ReactiveFallback",
         "A Fallback that starts at its first child in each tick.",
-        Operation(op.REACTIVE, (FAILURE,)),
-        children=MANY,
+        *(op.REACTIVE, FAILURE),
     ),
-)
-
-_BRANCHES = (
     _control(
-        "Parallel",
-        "Ticks all its children until enough succeed or fail.",
-        Operation(op.PARALLEL),
-        ports={
-            "success_count": Port("success_count", int, -1),
-            "failure_count": Port("failure_count", int, 1),
-        },
+        *("Parallel", "Ticks all its children until enough succeed or fail."),
+        op.PARALLEL,
+        ports=(Port("success_count", int, -1), Port("failure_count", int, 1)),
         slots_per_child=("status of child",),
-        children=MANY,
     ),
     _control(
         "IfThenElse",
         "Ticks the second child if the first succeeds, else the third.",
-        Operation(op.IF),
+        op.IF,
         slots={"branch": 0.0},
         children=(2, 3),
     ),
     _control(
         "WhileDoElse",
         "An IfThenElse that checks its condition in each tick.",
-        Operation(op.WHILE),
+        op.WHILE,
         children=(2, 3),
     ),
     *(
@@ -127,98 +112,75 @@ _BRANCHES = (
             f"Switch{cases}",
             f"Ticks the child whose case equals the variable, else child"
             f" {cases + 1}.",
-            Operation(op.SWITCH),
-            ports={
-                name: Port(name, Any)
-                for name in (
-                    "variable",
-                    *(f"case_{i + 1}" for i in range(cases)),
-                )
-            },
+            op.SWITCH,
+            ports=(
+                Port("variable", Any),
+                *(Port(f"case_{i + 1}", Any) for i in range(cases)),
+            ),
             slots={"child": 0.0},
             children=(cases + 1, cases + 1),
         )
         for cases in range(2, 7)
     ),
-)
-
-_DECORATORS = (
-    _decorator(
-        "Inverter", "Exchanges success and failure.", _mapped(FAILURE, SUCCESS)
+    _mapped("Inverter", "Exchanges success and failure.", FAILURE, SUCCESS),
+    _mapped(
+        *("ForceSuccess", "Succeeds as soon as its child completes."),
+        *(SUCCESS, SUCCESS),
     ),
-    _decorator(
-        "ForceSuccess",
-        "Succeeds as soon as its child completes.",
-        _mapped(SUCCESS, SUCCESS),
-    ),
-    _decorator(
-        "ForceFailure",
-        "Fails as soon as its child completes.",
-        _mapped(FAILURE, FAILURE),
+    _mapped(
+        *("ForceFailure", "Fails as soon as its child completes."),
+        *(FAILURE, FAILURE),
     ),
     _decorator(
         "KeepRunningUntilFailure",
         "Ticks its child, tick after tick, until it fails.",
-        _mapped(RUNNING, FAILURE, RUNNING),
+        *(op.MAPPED, RUNNING, RUNNING, FAILURE, RUNNING),
     ),
     _decorator(
         "Repeat",
         "Ticks its child again while it succeeds; -1 is for ever.",
-        Operation(op.AGAIN, (SUCCESS, FAILURE)),
-        Port("num_cycles", _CYCLES),
-        "count",
+        *(op.AGAIN, SUCCESS, FAILURE),
+        ports=(Port("num_cycles", _CYCLES),),
+        slot="count",
     ),
     _decorator(
         "RetryUntilSuccessful",
         "Ticks its child again while it fails; -1 is for ever.",
-        Operation(op.AGAIN, (FAILURE, SUCCESS)),
-        Port("num_attempts", _CYCLES),
-        "count",
+        *(op.AGAIN, FAILURE, SUCCESS),
+        ports=(Port("num_attempts", _CYCLES),),
+        slot="count",
     ),
     _decorator(
-        "RunOnce",
-        "Ticks its child to completion once, and then skips it.",
-        Operation(op.RUN_ONCE),
-        Port("then_skip", bool, True),
-        "result",
+        *("RunOnce", "Ticks its child to completion once, and then skips it."),
+        op.RUN_ONCE,
+        ports=(Port("then_skip", bool, True),),
+        slot="result",
         kept=("result",),
     ),
     _decorator(
-        "Delay",
-        "Ticks its child after some simulated time.",
-        Operation(op.DELAY),
-        Port("delay_msec", Milliseconds),
-        "steps",
+        *("Delay", "Ticks its child after some simulated time."),
+        op.DELAY,
+        ports=(Port("delay_msec", _MILLISECONDS),),
+        slot="steps",
     ),
     _decorator(
-        "Timeout",
-        "Fails if its child still runs after some simulated time.",
-        Operation(op.TIMEOUT),
-        Port("msec", Milliseconds),
-        "steps",
+        *(
+            "Timeout",
+            "Fails if its child still runs after some simulated time.",
+        ),
+        op.TIMEOUT,
+        ports=(Port("msec", _MILLISECONDS),),
+        slot="steps",
     ),
-)
-
-_ACTIONS = (
-    NodeType(
-        "AlwaysSuccess", "Action", Operation(op.GIVE, (SUCCESS,)), "Succeeds."
-    ),
-    NodeType(
-        "AlwaysFailure", "Action", Operation(op.GIVE, (FAILURE,)), "Fails."
-    ),
-    NodeType(
-        "SetBlackboard",
-        "Action",
-        Operation(op.SET),
+    _node("Action", "AlwaysSuccess", "Succeeds.", op.GIVE, SUCCESS),
+    _node("Action", "AlwaysFailure", "Fails.", op.GIVE, FAILURE),
+    _node(
+        *("Action", "SetBlackboard"),
         "Sets a blackboard entry to a number, boolean, text or other entry.",
-        ports={
-            "value": Port("value", Any),
-            "output_key": Port("output_key", Any, output=True),
-        },
+        op.SET,
+        ports=(Port("value", Any), Port("output_key", Any, output=True)),
     ),
 )
-
-LANGUAGE_NODES = (*_SEQUENCES, *_BRANCHES, *_DECORATORS, *_ACTIONS)
 
 
 def check_thresholds(node: Node, values: dict[str, Any]) -> None:

@@ -1,6 +1,7 @@
 """Makes the tables of a tree that compiled code walks over."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from hunav_drake.systems.behavior.nodes.operations import (
     AGAIN,
     AROUND,
     DELAY,
+    PARALLEL,
     TIMEOUT,
     Instruction,
 )
@@ -66,6 +68,7 @@ class Program:
             initial: The memory at the start.
         """
         self.name, self.nodes, self.names = name, nodes, names
+        self._arguments = (name, nodes, names, initial)
         self.leaves: dict[int, LeafFunction] = {
             i: node.type.build(node)
             for i, node in enumerate(nodes)
@@ -85,6 +88,10 @@ class Program:
         self.numbers = np.array(self._numbers, np.float64)
         self.steps = np.array(self._steps, STEP)
         self.halted = np.array(self._halted, np.int64)
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        """Returns how to make it in another process: without addresses."""
+        return Program, self._arguments
 
     def _add(self, node: Node, parent: int, index: int) -> None:
         """Adds the row of a node, and those of its children."""
@@ -141,7 +148,10 @@ class Program:
                 self._numbers.append(number)
             else:
                 is_checked |= int(not port.takes_any)
-                self._ports.append((value.slot, *port.bounds()))
+                low, high, is_whole = port.bounds()
+                if node.type.operation.code == PARALLEL:
+                    high = len(node.children)
+                self._ports.append((value.slot, low, high, is_whole))
                 self._numbers.append(0.0)
         # (The status that `AROUND` tells its leaf.)
         around = int(node.type.operation.code == AROUND)

@@ -3,20 +3,7 @@
 from numba import void
 import numpy as np
 
-from hunav_drake.systems.behavior.nodes.operations import (
-    AND,
-    ASSIGN,
-    AT_LEAST,
-    AT_MOST,
-    ENTRY,
-    EQUAL,
-    GREATER,
-    LESS,
-    NOT,
-    NUMBER,
-    OR,
-    TRUTH,
-)
+from hunav_drake.systems.behavior.nodes import operations as op
 from hunav_drake.systems.behavior.nodes.pointers import (
     integers_at,
     numbers_at,
@@ -68,40 +55,40 @@ def run_script(tick, row, script):
         at += 1
         if code < 0:
             break
-        if code == NUMBER:
+        if code == op.NUMBER:
             top += 1
             stack[top] = value
-        elif code == ENTRY:
+        elif code == op.ENTRY:
             top += 1
             stack[top] = memory[np.int64(value)]
             if stack[top] == UNSET:
                 interrupt(tick, row, UNSET_ENTRY, np.int64(value))
                 return 0.0
-        elif code == NOT:
+        elif code == op.NOT:
             stack[top] = stack[top] == 0
-        elif code == TRUTH:
+        elif code == op.TRUTH:
             stack[top] = stack[top] != 0
-        elif code in (AND, OR):
-            if (stack[top] != 0) == (code == OR):
+        elif code in (op.AND, op.OR):
+            if (stack[top] != 0) == (code == op.OR):
                 at += np.int64(value)
             else:
                 top -= 1
-        elif code == ASSIGN:
+        elif code == op.ASSIGN:
             memory[np.int64(value)] = stack[top]
             top -= 1
         else:
             left = stack[top - 1]
             right = stack[top]
             top -= 1
-            if code == LESS:
+            if code == op.LESS:
                 stack[top] = left < right
-            elif code == AT_MOST:
+            elif code == op.AT_MOST:
                 stack[top] = left <= right
-            elif code == GREATER:
+            elif code == op.GREATER:
                 stack[top] = left > right
-            elif code == AT_LEAST:
+            elif code == op.AT_LEAST:
                 stack[top] = left >= right
-            elif code == EQUAL:
+            elif code == op.EQUAL:
                 stack[top] = left == right
             else:
                 stack[top] = left != right

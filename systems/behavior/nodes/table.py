@@ -1,61 +1,27 @@
 """The tables of a tree that compiled code walks over."""
 
-from typing import get_type_hints
-
 import numpy as np
 
-
-class Row:
-    """The fields of the row of a node; rows are from the top down.
-
-    Scripts are the indices of their first instructions, or -1.
-    """
-
+# The row of a node; rows are from the top down. Scripts are the indices of
+# their first instructions, or -1.
+_ROW = (
     # Its operation, and the numbers of that.
-    operation: int
-    a: int
-    b: int
-    c: int
-    d: int
-
-    # The row of the node above it, its place there, the number of its
-    # children, and the row after those.
-    parent: int
-    index: int
-    children: int
-    end: int
-
-    # Whether it, or a node below, counts cycles or steps.
-    counts: int
-
+    *("operation", "a", "b", "c", "d"),
+    # The row of the node above it, its place there, the number of its children,
+    # the row after those, and whether it, or a node below, counts.
+    *("parent", "index", "children", "end", "counts"),
     # The first slot of it and all below; of its own numbers, and how many; of
     # the flags that it has begun, and that an action runs, or -1.
-    slots: int
-    first: int
-    size: int
-    begun: int
-    running: int
-
+    *("slots", "first", "size", "begun", "running"),
     # The first of its ports, how many, and whether any must be checked.
-    first_port: int
-    num_ports: int
-    is_checked: int
-
+    *("first_port", "num_ports", "is_checked"),
     # The address of a compiled leaf; 0 until it is called.
-    leaf: int
-
+    "leaf",
     # Whether anything is to be asked before it begins; its scripts.
-    asks: int
-    failure_if: int
-    success_if: int
-    skip_if: int
-    holds_while: int
-    on_halted: int
-    on_failure: int
-    on_success: int
-
-
-ROW = np.dtype([(name, np.int64) for name in get_type_hints(Row)])
+    *("asks", "failure_if", "success_if", "skip_if", "holds_while"),
+    *("on_halted", "on_failure", "on_success"),
+)
+ROW = np.dtype([(name, np.int64) for name in _ROW])
 
 # A number in memory: it is reset when its node is halted if the slot `flag` is
 # not 0; never, if that is -1.
@@ -65,8 +31,8 @@ SLOT = np.dtype([("flag", np.int64), ("initial", np.float64)])
 PORT = np.dtype(
     [
         ("slot", np.int64),
-        ("low", np.float64),
-        ("high", np.float64),
+        ("low", float),
+        ("high", float),
         ("is_whole", np.int64),
     ]
 )

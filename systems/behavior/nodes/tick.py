@@ -5,7 +5,7 @@ ports as numbers: a text of a Literal as its index, a boolean as 0 or 1.
 """
 
 import math
-from typing import get_type_hints
+from typing import Any
 
 import numba
 import numpy as np
@@ -16,115 +16,57 @@ from hunav_drake.systems.behavior.nodes.pointers import (
     vector_at,
 )
 from hunav_drake.systems.common.kernels import jit_inline
-from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_FIELDS
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    STATE_FIELDS,
+    STATE_SIZE,
+    Command,
+)
 from hunav_drake.systems.world.ray_cast import ray_cast
 
-
-class Tick:
-    """The fields of a tick; compiled code has a record of them.
-
-    After the index comes the person's row of `human_states`, in W, then the
-    behavior status and the command of the person, laid out as
-    `layout.Command`: before any leaf writes, it is to walk to the current
-    goal. Leaves write these two, and only read the rest. Arrays are addresses.
-    """
-
-    # The place of the person in `human_states`.
-    index: int
-
-    x: float
-    y: float
-    yaw: float
-    vx: float
-    vy: float
-    omega: float
-    radius: float
-
-    behavior_status: float
-    goal_x: float
-    goal_y: float
-    goal_radius: float
-    has_goal: float
-    desired_speed: float
-    max_speed: float
-    robot_role: float
-    robot_repulsion: float
-    hold: float
-    turn_rate: float
-    yaw_target: float
-    group_id: float
-
+# Compiled code has a record of these fields. After the index of the person come
+# the row of `human_states`, in W, and the behavior status and the command, laid
+# out as `layout.Command`: before any leaf writes, it is to walk to the current
+# goal. Leaves write these two, and only read the rest. Arrays are addresses.
+_FIELDS = (
+    *("index", *STATE_FIELDS, "behavior_status"),
+    *(it.name.lower() for it in Command),
     # The index of the current goal, and of the robot to react to, or -1.
-    goal: int
-    noticed: int
-
+    *("goal", "noticed"),
     # Rows of all people, and of all robots: `STATE`.
-    humans: int
-    num_humans: int
-    robots: int
-    num_robots: int
-
+    *("humans", "num_humans", "robots", "num_robots"),
     # The person: see `Person`. Its commands for each goal, and for none.
-    commands: int
-    num_goals: int
-    cyclic: int
-    reach: float
-    body_radius: float
-    time_step: float
-    walls: int
-    walls_size: int
-    hiding: int
-    hiding_size: int
-
+    *("commands", "num_goals", "cyclic", "reach", "body_radius", "time_step"),
+    *("walls", "walls_size", "hiding", "hiding_size"),
     # The tree: see `Program`. Its memory and the status of its nodes.
-    rows: int
-    num_rows: int
-    slots: int
-    ports: int
-    numbers: int
-    steps: int
-    halted: int
-    num_halted: int
-    memory: int
-    statuses: int
-
-    # The person's part of the memory of all; the memory at the start, if
-    # people can be outside, else 0.
-    first_slot: int
-    num_slots: int
-    initial: int
-
-    # Numbers that last for the tick: of each node, of its ports, of scripts.
-    scratch: int
-    values: int
-    stack: int
-    # For each robot a number, for leaves; and rows of people who stand, see
+    *("rows", "num_rows", "slots", "ports", "numbers", "steps"),
+    *("halted", "num_halted", "memory", "statuses"),
+    # The person's part of the memory of all; the memory at the start, if people
+    # can be outside, else 0.
+    *("first_slot", "num_slots", "initial"),
+    # Numbers that last for the tick: of each node, of its ports, of scripts;
+    # for each robot one, for leaves; and rows of people who stand, see
     # `find_standing`.
-    distances: int
-    standing: int
-    num_standing: int
-
+    *("scratch", "values", "stack", "distances", "standing", "num_standing"),
     # Where the walk was interrupted, and why: see `walk`.
-    person: int
-    row: int
-    slot: int
-    code: int
+    *("person", "row", "slot", "code"),
+)
+# In a tick, the numbers before the state and before the command, and of all.
+STATE_AT, COMMAND_AT = 1, 1 + STATE_SIZE + 1
+TICK_SIZE = len(_FIELDS)
+_REAL = {
+    *_FIELDS[STATE_AT : COMMAND_AT + COMMAND_SIZE],
+    *("reach", "body_radius", "time_step"),
+}
 
-
-_KINDS = get_type_hints(Tick)
 TICK = np.dtype(
-    [
-        (name, np.float64 if kind is float else np.int64)
-        for name, kind in _KINDS.items()
-    ]
+    [(it, np.float64 if it in _REAL else np.int64) for it in _FIELDS]
 )
 TICK_RECORD = numba.from_dtype(TICK)
 STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
 
-# In a tick, the numbers before the state and before the command, and of all.
-STATE_AT = list(_KINDS).index("x")
-COMMAND_AT = list(_KINDS).index("goal_x")
-TICK_SIZE = len(_KINDS)
+# A record of it, in compiled code.
+Tick = Any
 
 
 @jit_inline

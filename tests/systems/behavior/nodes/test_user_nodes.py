@@ -556,6 +556,11 @@ def test_what_is_right_passes(function):
         ('<RegularNav ignore_robot="{x}"/>', "2", "ignore_robot.*boolean"),
         ('<RegularNav robot="{x}"/>', "obstacle", RobotRole.OBSTACLE),
         ('<RegularNav robot="{x}"/>', "wall", "robot.*'pedestrian'.*from {x}"),
+        (
+            '<Parallel success_count="{x}"><AlwaysSuccess/></Parallel>',
+            "2",
+            "success_count: must be at most 1, the number of children, got 2",
+        ),
     ],
 )
 def test_compiled_leaf_gets_entries_that_fit_its_ports(leaf, entry, expected):
