@@ -6,14 +6,16 @@ import shlex
 import shutil
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 
-from hunav_drake import LoadScenario
+from hunav_drake import LoadScenario, Tracks, WriteTracks
 from hunav_drake.commands import cli
 from hunav_drake.runs import LoadSuite
 from hunav_drake.systems.behavior.nodes import registry as nodes
 from hunav_drake.systems.crowd import MOTION_MODELS
 from hunav_drake.systems.evaluation import METRICS
+from hunav_drake.systems.people.tracks import Track
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
 from tests.agents import AGENTS
@@ -100,9 +102,21 @@ def registers_as_before(monkeypatch, tmp_path):
         register.update(was)
 
 
+def write_tracks(path):
+    """Writes a few people who cross each other, as a recording of 12 s."""
+    times = np.arange(30) * 0.4
+    way = np.column_stack([1.2 * times - 7, 0 * times])
+    people = [
+        Track(i, times, way @ [[c, s], [-s, c]] + [0, 0.3 * i])
+        for i, (c, s) in enumerate([(1, 0), (-1, 0), (0, 1), (0.6, 0.8)])
+    ]
+    WriteTracks(Tracks(tuple(people)), path, "ucy")
+
+
 @pytest.mark.parametrize("page", pages_with("python"))
 def test_the_python_of_a_page_runs(page):
     """All blocks in one go, as someone who reads the page types them."""
+    write_tracks("zara01.txt")
     made = {"__name__": "snippets"}
     for block in snippets(page, "python"):
         exec(compile(block, page.name, "exec"), made)

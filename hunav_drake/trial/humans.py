@@ -26,7 +26,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 
 # For more people than this, one system holds all trees.
-MAX_SEPARATE_TREES = 20
+MAX_SEPARATE_TREES = 10
 
 
 class HumanPorts(NamedTuple):
@@ -81,9 +81,7 @@ class HumanOptions(TypedDict, total=False):
     # weights; 0 by default. `SetHumansSeed` sets another one in any Context.
     seed: int
 
-    # Whether each person's tree is a separate system. Otherwise, one
-    # `BehaviorTree` ticks all, with the same result, faster for many. By
-    # default, trees of up to `MAX_SEPARATE_TREES` people are separate.
+    # As `CrowdConfig.separate_trees`, and instead of it if it is not None.
     separate_trees: bool | None
 
     # The people who arrive at sources and depart at sinks; by default, none.
@@ -126,6 +124,8 @@ def MakeHumans(
     config = options.get("config") or CrowdConfig()
     humans = complete_people(humans, config.profile)
     check_consistent(humans)
+    if separate_trees is None:
+        separate_trees = config.separate_trees
     if separate_trees is None:
         separate_trees = len(humans) <= MAX_SEPARATE_TREES
     builder = DiagramBuilder()

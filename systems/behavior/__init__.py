@@ -15,12 +15,12 @@ from hunav_drake.systems.behavior.library import (
     ParseTree,
 )
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     register_action,
     register_condition,
 )
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import Person, TickContext
 from hunav_drake.systems.behavior.render import RenderBehaviorTree, TreeDrawing
 from hunav_drake.systems.behavior.tree import Outcome, Tree

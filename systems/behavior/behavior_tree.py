@@ -1,7 +1,6 @@
 """The LeafSystem that decides what people do."""
 
-from collections.abc import Iterator, Sequence
-import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +16,8 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.behavior.nodes.tick_context import Person
-from hunav_drake.systems.behavior.tree import Outcome, Tree
+from hunav_drake.systems.behavior.tree import Tree
+from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
@@ -29,7 +29,6 @@ from hunav_drake.systems.common.ports import (
 )
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
-from hunav_drake.systems.people.standing import Standing
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
@@ -64,13 +63,16 @@ class BehaviorTree(LeafSystem):
     `NodeStatus` in the tick, 1 for running, 2 for success, 3 for failure, 4
     for skipped, or 0 if it is not ticked; `EvalNodeStatus` gives those of one
     person. All belong to the present instant: they follow from the state and
-    the inputs without delay. ``node_status`` costs nothing unless it is read.
+    the inputs without delay.
 
     The discrete state holds the memories of the k trees, one after the other:
     the index of the person's goal, what the nodes remember, and the
     blackboard. `Tree.Describe()` prints the layout of each. It is updated
     every ``time_step``.
     """
+
+    # Whether people can be outside: see `OpenBehaviorTree`.
+    _CAN_BE_OUTSIDE = False
 
     def __init__(
         self,
@@ -128,12 +130,14 @@ class BehaviorTree(LeafSystem):
             for row in rows
         ]
         memories = [
-            tree.initial_memory(person)
+            np.array(tree.initial_memory(person))
             for tree, person in zip(trees, self._people, strict=True)
         ]
-        self._slices = _slices(map(len, memories))
-        self._node_slices = _slices(len(tree.nodes) for tree in trees)
-        self._ticked = list(zip(trees, self._people, self._slices, strict=True))
+        self._walk = Walk(
+            [tree.program for tree in trees],
+            self._people,
+            memories if self._CAN_BE_OUTSIDE else None,
+        )
         # The place of each person among those that are ticked.
         self._places = {row: place for place, row in enumerate(rows)}
         self._num_robots = num_robots
@@ -144,7 +148,7 @@ class BehaviorTree(LeafSystem):
         )
         self._robot_states = DeclareRobotStates(self, num_robots)
         self._memory = self.DeclareDiscreteState(
-            np.array([*itertools.chain(*memories)])
+            np.concatenate([np.zeros(0), *memories])
         )
         self._DeclareOutputs()
         self.DeclarePeriodicDiscreteUpdateEvent(
@@ -157,7 +161,7 @@ class BehaviorTree(LeafSystem):
             self.discrete_state_ticket(self._memory),
             self.all_input_ports_ticket(),
         }
-        # The one tick of a step, which two ports and the update read.
+        # The one tick of a step, which the ports and the update read.
         tick = self.DeclareCacheEntry(
             "tick",
             ValueProducer(
@@ -182,7 +186,7 @@ class BehaviorTree(LeafSystem):
             "node_status",
             sum(len(tree.nodes) for tree in self._trees),
             self._CalcNodeStatus,
-            prerequisites_of_calc=prerequisites,
+            prerequisites_of_calc={tick.ticket()},
         )
 
     def trees(self) -> list[Tree]:
@@ -204,7 +208,7 @@ class BehaviorTree(LeafSystem):
         """
         numbers = np.asarray(memory, dtype=float).tolist()
         for tree, person, own in zip(
-            self._trees, self._people, self._slices, strict=True
+            self._trees, self._people, self._walk.memories, strict=True
         ):
             tree.check_memory(person, numbers[own])
 
@@ -248,7 +252,7 @@ class BehaviorTree(LeafSystem):
         Raises:
             IndexError: If this system does not tick that person.
         """
-        own = self._node_slices[self._Place(index)]
+        own = self._walk.node_statuses[self._Place(index)]
         status: Array = self._node_status.Eval(context)[own]
         return status
 
@@ -265,7 +269,7 @@ class BehaviorTree(LeafSystem):
         Raises:
             IndexError: If this system does not tick that person.
         """
-        own = self._slices[self._Place(index)]
+        own = self._walk.memories[self._Place(index)]
         memory = context.get_discrete_state(self._memory).value()
         copy: Array = memory[own].copy()
         return copy
@@ -285,7 +289,7 @@ class BehaviorTree(LeafSystem):
             ValueError: If it is invalid: see `Tree.check_memory`.
         """
         place = self._Place(index)
-        own = self._slices[place]
+        own = self._walk.memories[place]
         values = np.asarray(memory, dtype=float)
         if values.shape != (own.stop - own.start,):
             raise ValueError(
@@ -305,66 +309,43 @@ class BehaviorTree(LeafSystem):
             )
         return self._places[index]
 
-    def _EvalInputs(self, context: Context) -> tuple[list[float], Array, Array]:
-        """Returns the memory of all trees, and the states they read."""
-        # Views: Eval() would copy the states of everybody.
-        return (
-            context.get_discrete_state(self._memory).value().tolist(),
-            self._human_states.EvalBasicVector(context).value(),
-            self._no_robots
-            if self._robot_states is None
-            else RobotStatesOf(self._robot_states, context),
-        )
-
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
-        memory, states, robots = self._EvalInputs(context)
-        standing = Standing(states)
-        outcomes: list[Outcome] = []
+        # Views: Eval() would copy the states of everybody.
+        robots = self._no_robots
+        if self._robot_states is not None:
+            robots = RobotStatesOf(self._robot_states, context)
         try:
-            for tree, person, own in self._ticked:
-                outcomes.append(
-                    tree.tick(person, memory[own], states, robots, standing)
-                )
-        except Exception as error:
-            tree = self._ticked[len(outcomes)][0]
-            error.add_note(
-                f"in the tree {tree.name!r}, at t = {context.get_time():.3f} s"
+            result = self._walk.tick(
+                context.get_discrete_state(self._memory).value(),
+                self._human_states.EvalBasicVector(context).value(),
+                robots,
             )
+        except Exception as error:
+            error.add_note(f"at t = {context.get_time():.3f} s")
             raise
-        value.set_value(outcomes)
+        value.set_value(result)
 
-    def _EvalTick(self, context: Context) -> list[Outcome]:
-        outcomes: list[Outcome] = self.get_cache_entry(self._tick).Eval(context)
-        return outcomes
+    def _EvalTick(self, context: Context, part: slice) -> Array:
+        result: Array = self.get_cache_entry(self._tick).Eval(context)
+        return result[part]
 
     def _CalcCommands(self, context: Context, output: BasicVector) -> None:
-        commands: list[float] = []
-        for outcome in self._EvalTick(context):
-            commands += outcome.command
-        # (Drake takes an array in half the time of a list.)
-        output.SetFromVector(np.array(commands))
+        output.SetFromVector(self._EvalTick(context, self._walk.commands))
 
     def _CalcBehaviorStatus(
         self, context: Context, output: BasicVector
     ) -> None:
-        for i, outcome in enumerate(self._EvalTick(context)):
-            output.SetAtIndex(i, outcome.behavior_status)
-
-    def _CalcNodeStatus(self, context: Context, output: BasicVector) -> None:
-        memory, states, robots = self._EvalInputs(context)
         output.SetFromVector(
-            [
-                status
-                for tree, person, own in self._ticked
-                for status in tree.trace(person, memory[own], states, robots)[1]
-            ]
+            self._EvalTick(context, self._walk.behavior_status)
         )
 
+    def _CalcNodeStatus(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._EvalTick(context, self._walk.node_status))
+
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        memory: list[float] = []
-        for outcome in self._EvalTick(context):
-            memory += outcome.memory
-        discrete_state.set_value(self._memory, np.array(memory))
+        discrete_state.set_value(
+            self._memory, self._EvalTick(context, self._walk.memory)
+        )
 
 
 def _check_rows(rows: Sequence[int], n: int) -> None:
@@ -376,9 +357,3 @@ def _check_rows(rows: Sequence[int], n: int) -> None:
             )
     if len(set(rows)) < len(rows):
         raise ValueError(f"indices must all be different, got {list(rows)}")
-
-
-def _slices(lengths: Iterator[int]) -> list[slice]:
-    """Returns the slices of consecutive parts of these lengths."""
-    ends = itertools.accumulate(lengths, initial=0)
-    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]

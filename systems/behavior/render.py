@@ -7,7 +7,8 @@ import shutil
 from typing import Any, NamedTuple
 
 from hunav_drake.systems.behavior.describe import describe_ports
-from hunav_drake.systems.behavior.nodes.node import Node, NodeStatus
+from hunav_drake.systems.behavior.nodes.node import Node
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.common.files import atomic_write
 

@@ -1,12 +1,13 @@
-"""Checks after each tick that leaves have written valid numbers."""
+"""Checks that a leaf in Python has written valid numbers."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 import math
 import numbers
 from typing import Any
 
 import numpy as np
 
+from hunav_drake.systems.behavior.nodes.node import Node
 from hunav_drake.systems.behavior.nodes.tick_context import (
     MAX_BEHAVIOR_STATUS,
     TickContext,
@@ -27,40 +28,43 @@ _NOT_NEGATIVE = (
 _ROLES = frozenset(float(role) for role in RobotRole)
 _HOLDS = frozenset(float(hold) for hold in Hold)
 
-# The usual types of numbers; others are checked in detail.
-_PLAIN = frozenset({float, int, bool, np.float64})
+
+def check_written(
+    node: Node,
+    context: TickContext,
+    memory: Sequence[float],
+    before: tuple[list[float], int],
+) -> None:
+    """Checks what a leaf in Python has written.
+
+    Args:
+        node: The leaf.
+        context: Its tick context.
+        memory: The memory of the tree.
+        before: The command and the behavior status before it.
+
+    Raises:
+        BehaviorTreeError: At the first number that is invalid.
+    """
+    own = slice(node.first, node.first + len(node.slots))
+    names = [f"{node.name}: {slot}" for slot in node.slots]
+    written = context.command, context.behavior_status
+    if not names and _are_equal(written, before):
+        return
+    fault = _find_fault(context, memory[own], names)
+    if fault:
+        raise node.error(fault)
 
 
-def is_sound(context: TickContext, memory: Sequence[float]) -> bool:
-    """Returns quickly whether a tick left all valid; else see `find_fault`."""
-    command = context.command
+def _are_equal(one: Any, other: Any) -> bool:
     try:
-        # Nothing adds up to a finite number with infinity or NaN in it.
-        total = sum(command)
-        kept = sum(memory)
-        return (
-            len(command) == COMMAND_SIZE
-            and _are_plain(command)
-            and _are_plain(memory)
-            and total - total == 0
-            and kept == kept
-            and command[Command.ROBOT_ROLE] in _ROLES
-            and command[Command.DESIRED_SPEED] >= 0
-            and command[Command.MAX_SPEED] >= 0
-            and command[Command.GOAL_RADIUS] >= 0
-            and command[Command.TURN_RATE] >= 0
-            and command[Command.HAS_GOAL] in (0, 1)
-            and command[Command.HOLD] in _HOLDS
-            and command[Command.GROUP_ID] % 1 == 0
-            and type(context.behavior_status) in _PLAIN
-            and 0 <= context.behavior_status <= MAX_BEHAVIOR_STATUS
-            and context.behavior_status % 1 == 0
-        )
-    except (TypeError, ValueError):
+        return bool(one == other)
+    except ValueError:
+        # Arrays of several numbers.
         return False
 
 
-def find_fault(
+def _find_fault(
     context: TickContext, memory: Sequence[float], slots: Sequence[str]
 ) -> str:
     """Returns a message about the first invalid number that a tick left.
@@ -99,10 +103,6 @@ def find_fault(
         if not _is_number(value) or math.isnan(value):
             return f"memory {slot!r} must be a number, got {value!r}"
     return ""
-
-
-def _are_plain(values: Iterable[Any]) -> bool:
-    return _PLAIN.issuperset(map(type, values))
 
 
 def _is_number(value: Any) -> bool:

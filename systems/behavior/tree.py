@@ -1,37 +1,30 @@
 """A parsed behavior tree, and how it ticks."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+import functools
 import hashlib
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.parser import ParsedTree
-from hunav_drake.systems.behavior.nodes.node import (
-    Built,
-    Memory,
-    Node,
-    NodeStatus,
-    TickFunction,
-)
-from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
-    build_with_conditions,
-)
-from hunav_drake.systems.behavior.nodes.tick_context import (
-    GOAL_INDEX,
-    Person,
-    TickContext,
-)
-from hunav_drake.systems.behavior.tick_checks import find_fault, is_sound
+from hunav_drake.systems.behavior.nodes.control_flow import MAX_CYCLES_PER_TICK
+from hunav_drake.systems.behavior.nodes.language_nodes import check_thresholds
+from hunav_drake.systems.behavior.nodes.node import Node
+from hunav_drake.systems.behavior.nodes.operations import AGAIN, SWITCH
+from hunav_drake.systems.behavior.nodes.program import Program
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
+from hunav_drake.systems.behavior.nodes.tick_context import GOAL_INDEX, Person
+from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.people.standing import Standing
+from hunav_drake.systems.common.layout import STATE_SIZE
 
 # The number of nodes that one tick may tick. Repeat in Repeat in Repeat ...
 # would otherwise let a small tree stop the simulation.
 MAX_WORK = 100_000
-
-Wrapper = Callable[[Node, TickFunction], TickFunction]
 
 
 class Outcome(NamedTuple):
@@ -51,17 +44,26 @@ class Outcome(NamedTuple):
     memory: list[float]
 
 
-def _build(node: Node, wrap: Wrapper | None) -> Built:
-    children = tuple(_build(child, wrap) for child in node.children)
-    built = build_with_conditions(node, children)
-    if built.work > MAX_WORK:
+def _work(node: Node) -> int:
+    """Returns the largest number of nodes that one tick of a node ticks."""
+    below = [_work(child) for child in node.children]
+    most = sum(below)
+    operation = node.type.operation.code
+    if operation == SWITCH:
+        most = max(below)
+    if operation == AGAIN:
+        (port,) = node.ports
+        limit = node.constant(port)
+        cycles = MAX_CYCLES_PER_TICK
+        if limit is not None:
+            cycles = 1 if limit == -1 else min(limit, cycles)
+        most *= cycles
+    if most >= MAX_WORK:
         raise node.error(
-            f"one tick could tick {built.work} nodes, at most {MAX_WORK} are"
+            f"one tick could tick {most + 1} nodes, at most {MAX_WORK} are"
             " accepted; repeat less"
         )
-    if wrap:
-        return built._replace(tick=wrap(node, built.tick))
-    return built
+    return most + 1
 
 
 def _preorder(node: Node) -> Iterator[Node]:
@@ -103,14 +105,12 @@ class Tree:
         self.nodes = tuple(_preorder(self.root))
         self.slots = parsed.assembled.slots
         self.texts = parsed.assembled.texts
-        self._tick = _build(self.root, None).tick
-        self._traced_tick = self._build_traced()
+        for node in self.nodes:
+            check_thresholds(
+                node, {name: node.constant(name) for name in node.ports}
+            )
+        _work(self.root)
         self._initial = parsed.assembled.initial
-        # The leaves of this package write valid numbers; a check of them would
-        # cost a tenth of their time.
-        self._has_foreign_leaves = not all(
-            node.type.is_ours for node in self.nodes
-        )
         self._given = {
             key: parsed.entries[key] for key in GIVEN if key in parsed.entries
         }
@@ -162,7 +162,6 @@ class Tree:
         memory: Sequence[float],
         human_states: Array,
         robot_states: Array,
-        standing: Standing | None = None,
     ) -> Outcome:
         """Ticks the tree once. The result depends on the arguments only.
 
@@ -171,7 +170,6 @@ class Tree:
             memory: The memory after the previous tick, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,): see `common.layout`.
-            standing: The people who stand, where trees are ticked together.
 
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
@@ -179,10 +177,9 @@ class Tree:
                 which is then the cause; or if a leaf writes an invalid
                 number: a speed below 0, or one that is not finite.
             TypeError: If a leaf returns no valid status.
+            ValueError: If there are too few numbers.
         """
-        return self._run(
-            self._tick, person, memory, human_states, robot_states, standing
-        )
+        return self.trace(person, memory, human_states, robot_states)[0]
 
     def trace(
         self,
@@ -202,72 +199,32 @@ class Tree:
         Raises:
             BehaviorTreeError: As `tick`.
         """
-        count = len(self.slots)
-        outcome = self._run(
-            self._traced_tick,
-            person,
-            [*memory, *[0.0] * len(self.nodes)],
-            human_states,
-            robot_states,
+        sizes = (len(memory), len(human_states) // STATE_SIZE)
+        if sizes[0] != len(self.slots) or sizes[1] <= person.index:
+            raise ValueError(
+                f"there must be {len(self.slots)} numbers of memory and more"
+                f" than {person.index} people, got {sizes[0]} and {sizes[1]}"
+            )
+        walk = Walk([self.program], [person])
+        result = walk.tick(
+            *(
+                np.array(it, float)
+                for it in (memory, human_states, robot_states)
+            )
         )
-        statuses = tuple(NodeStatus(int(s)) for s in outcome.memory[count:])
-        return outcome._replace(memory=outcome.memory[:count]), statuses
-
-    def _run(
-        self,
-        function: TickFunction,
-        person: Person,
-        memory: Sequence[float],
-        human_states: Array,
-        robot_states: Array,
-        standing: Standing | None = None,
-    ) -> Outcome:
-        after = list(memory)
-        context = TickContext(
-            person, after, human_states, robot_states, standing
+        statuses = tuple(map(NodeStatus, result[walk.node_status].astype(int)))
+        outcome = Outcome(
+            statuses[0],
+            result[walk.commands].tolist(),
+            int(result[walk.behavior_status][0]),
+            result[walk.memory].tolist(),
         )
-        status = function(after, context)
-        if self._has_foreign_leaves and not is_sound(context, after):
-            fault = find_fault(context, after, self.slots)
-            if fault:
-                again = TickContext(
-                    person, list(memory), human_states, robot_states
-                )
-                self._blame(list(memory), again)
-                raise self.root.error(fault)
-        return Outcome(status, context.command, context.behavior_status, after)
+        return outcome, statuses
 
-    def _blame(self, memory: Memory, context: TickContext) -> None:
-        """Repeats a tick to raise the error of the leaf that is at fault."""
-
-        def wrap(node: Node, tick: TickFunction) -> TickFunction:
-            def checked(memory: Memory, context: TickContext) -> NodeStatus:
-                status = tick(memory, context)
-                fault = find_fault(context, memory, self.slots)
-                if fault:
-                    raise node.error(fault)
-                return status
-
-            return tick if node.children else checked
-
-        _build(self.root, wrap).tick(memory, context)
-
-    def _build_traced(self) -> TickFunction:
-        """Returns the tick that stores each node's status after the memory."""
-        following = len(self.slots)
-        slots = {id(node): following + i for i, node in enumerate(self.nodes)}
-
-        def wrap(node: Node, tick: TickFunction) -> TickFunction:
-            slot = slots[id(node)]
-
-            def recorded(memory: Memory, context: TickContext) -> NodeStatus:
-                status = tick(memory, context)
-                memory[slot] = status
-                return status
-
-            return recorded
-
-        return _build(self.root, wrap).tick
+    @functools.cached_property
+    def program(self) -> Program:
+        """The tree as compiled code walks over it."""
+        return Program(self.name, self.nodes, self.slots, self._initial)
 
     def Describe(self) -> str:
         """Returns the nodes of the tree and the layout of its memory.

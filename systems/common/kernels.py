@@ -200,12 +200,17 @@ jit_generator = _compiled
 # Small functions that are part of what calls them need not be kept, either.
 jit_inline = _compiled
 
+# Parts of a large function, which numba writes into it before it compiles: that
+# leaves no calls between them, nor checks of errors after each.
+jit_part = numba.njit(error_model="numpy", inline="always")
+
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
 MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
 INTEGERS = numba.types.Array(numba.int64, 1, "C", readonly=True)
 CHANGED = numba.types.Array(numba.float64, 2, "C")  # It is written to.
+CHANGED_VECTOR = numba.types.Array(numba.float64, 1, "C")
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.
 REAL = numba.float64
 INTEGER = numba.int64

@@ -30,7 +30,7 @@ CONFIG = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 @dataclasses.dataclass(frozen=True)
-class _Within:
+class Within:
     """The rule of `within`, which is also in the JSON schema."""
 
     low: float
@@ -82,7 +82,7 @@ def within(
     Without an upper bound, the number must still be finite. The unit is for
     the message; the rule stands beside the type in an `Annotated`.
     """
-    return _Within(low, high, unit, low_open)
+    return Within(low, high, unit, low_open)
 
 
 @dataclasses.dataclass(frozen=True)

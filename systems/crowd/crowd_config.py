@@ -91,6 +91,11 @@ class CrowdConfig:
     they walk straight to their goals, and the forces let no person of 0.35 m
     radius through a door of 0.85 m."""
 
+    separate_trees: StrictBool | None = None
+    """Whether each person's behavior tree is a system of its own in the
+    diagram; else one system ticks all, faster for many, with the same results.
+    None is true for up to 10 people."""
+
     @model_validator(mode="before")
     @classmethod
     def _apply_profile(cls, data: Any) -> Any:

@@ -1,14 +1,16 @@
 """People who stand, in the order of x: to find those near a place."""
 
-from functools import cached_property
 import math
 
-import numba
-from numba import float64
-import numpy as np
+from numba import boolean, int64
 
-from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit_as
+from hunav_drake.systems.common.kernels import (
+    CHANGED_VECTOR,
+    MATRIX,
+    REAL,
+    VECTOR,
+    jit_as,
+)
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, VX, VY, X, Y
 from hunav_drake.systems.common.sorting import stable_order
 
@@ -19,85 +21,89 @@ _STANDING = 0.1
 _ROUNDING = 1e-9
 
 
-class Standing:
-    """The people who stand in one snapshot, sorted when they are asked for."""
+@jit_as(int64, VECTOR, CHANGED_VECTOR)
+def find_standing(states, found):
+    """Finds the people who stand.
 
-    def __init__(self, human_states: Array) -> None:
-        """Takes `human_states`, of shape (7n,), which must not change."""
-        self._human_states = human_states
+    Args:
+        states: Shape (7n,), see `layout`.
+        found: Shape (3n,) or more: it gets rows (x, y, radius) of the people
+            who stand, in the order of x.
 
-    @cached_property
-    def _rows(self) -> Array:
-        rows: Array = _standing(self._human_states)
-        return rows
-
-    def bar_the_way(
-        self,
-        person: tuple[float, float, float],
-        goal: tuple[float, float],
-        distance: float,
-        gap: float,
-        least: float,
-    ) -> bool:
-        """Returns whether people who stand at a goal bar the way to it.
-
-        Args:
-            person: The x, y and radius of the one who walks to it, in meters.
-            goal: The x and y of the goal, in meters.
-            distance: That from the person to the goal, in meters. Only people
-                nearer to the goal count.
-            gap: Somebody ahead must be this near, body to body, in meters.
-            least: The least number of people who must stand there.
-        """
-        return bool(
-            _bar_the_way(self._rows, *person, *goal, distance, gap, least)
-        )
-
-
-@jit_as(float64[:, ::1], VECTOR)
-def _standing(states):
-    """Returns the x, y and radii of people who stand, shape (3, k), by x."""
-    found = np.empty((3, len(states) // STATE_SIZE))
+    Returns:
+        The number of these people.
+    """
     count = 0
     for i in range(0, len(states), STATE_SIZE):
         if math.hypot(states[i + VX], states[i + VY]) < _STANDING:
-            found[0, count] = states[i + X]
-            found[1, count] = states[i + Y]
-            found[2, count] = states[i + RADIUS]
+            found[3 * count] = states[i + X]
+            found[3 * count + 1] = states[i + Y]
+            found[3 * count + 2] = states[i + RADIUS]
             count += 1
-    rows = np.empty((3, count))
-    order = stable_order(found[0, :count])
-    for k in range(count):
-        for c in range(3):
-            rows[c, k] = found[c, order[k]]
-    return rows
+    if count > 1:
+        rows = found[: 3 * count].copy().reshape((count, 3))
+        order = stable_order(rows[:, 0].copy())
+        for k in range(count):
+            for c in range(3):
+                found[3 * k + c] = rows[order[k], c]
+    return count
 
 
-@jit_as(numba.boolean, MATRIX, REAL, REAL, REAL, REAL, REAL, REAL, REAL, REAL)
-def _bar_the_way(rows, x, y, radius, goal_x, goal_y, distance, gap, least):
-    """Returns whether people bar a way: see `Standing`."""
-    if least > rows.shape[1]:
+@jit_as(boolean, MATRIX, REAL, REAL, REAL, REAL, REAL, REAL, REAL, REAL)
+def bar_the_way(rows, x, y, radius, goal_x, goal_y, distance, gap, least):
+    """Returns whether people who stand at a goal bar the way to it.
+
+    Args:
+        rows: Shape (k, 3), those of `find_standing`.
+        x: Of the one who walks to the goal, in W, in meters.
+        y: The same.
+        radius: That of the body, in meters.
+        goal_x: Of the goal, in W, in meters.
+        goal_y: The same.
+        distance: That to the goal, in meters. Only people nearer to the goal
+            count.
+        gap: Somebody ahead must be this near, body to body, in meters.
+        least: The least number of people who must stand there.
+    """
+    count = len(rows)
+    if least > count:
         return False
-    reach = gap + radius + np.max(rows[2]) if rows.shape[1] > 0 else 0.0
+    widest = 0.0
+    for i in range(count):
+        widest = max(widest, rows[i, 2])
+    reach = gap + radius + widest
     reach += _ROUNDING * (reach + abs(x))
     is_barred = False
-    for i in range(np.searchsorted(rows[0], x - reach), rows.shape[1]):
-        dx = rows[0, i] - x
-        dy = rows[1, i] - y
+    for i in range(_first(rows, x - reach), count):
+        dx = rows[i, 0] - x
+        dy = rows[i, 1] - y
         if dx > reach or is_barred:
             break
         is_barred = (
-            math.hypot(dx, dy) - (rows[2, i] + radius) <= gap
+            math.hypot(dx, dy) - (rows[i, 2] + radius) <= gap
             and dx * (goal_x - x) + dy * (goal_y - y) > 0
-            and math.hypot(rows[0, i] - goal_x, rows[1, i] - goal_y) < distance
+            and math.hypot(rows[i, 0] - goal_x, rows[i, 1] - goal_y) < distance
         )
     if not is_barred:
         return False
     reach = distance + _ROUNDING * (distance + abs(goal_x))
-    count = 0
-    for i in range(np.searchsorted(rows[0], goal_x - reach), rows.shape[1]):
-        dx = rows[0, i] - goal_x
+    near = 0
+    for i in range(_first(rows, goal_x - reach), count):
+        dx = rows[i, 0] - goal_x
         if dx > reach:
             break
-        count += math.hypot(dx, rows[1, i] - goal_y) < distance
-    return count >= least
+        near += math.hypot(dx, rows[i, 1] - goal_y) < distance
+    return near >= least
+
+
+@jit_as(int64, MATRIX, REAL)
+def _first(rows, x):
+    """Returns the index of the first row whose x is not less."""
+    low, high = 0, len(rows)
+    while low < high:
+        middle = (low + high) // 2
+        if rows[middle, 0] < x:
+            low = middle + 1
+        else:
+            high = middle
+    return low

@@ -17,8 +17,9 @@ WALKING = 0.2
 # Two rows of a person that are farther apart in time are two persons, in s.
 LONGEST_GAP = 1.0
 
-# With fewer rows, a path is not smoothed.
+# With fewer rows, or less noise than this (in meters), a path is not smoothed.
 _LEAST_ROWS = 5
+_NO_NOISE = 1e-6
 
 
 class Track(NamedTuple):
@@ -143,28 +144,29 @@ class Tracks:
             flip: Whether to mirror y first, after `swap`.
         """
         c, s = math.cos(rotate), math.sin(rotate)
-        R = np.array([[c, -s], [s, c]])
-        if flip:
-            R = R @ np.diag([1.0, -1.0])
-        if swap:
-            R = R @ np.array([[0.0, 1.0], [1.0, 0.0]])
-        t = np.asarray(shift, dtype=float)
 
-        def turned(yaws: Array | None) -> Array | None:
+        def turned(points: Array) -> Array:
+            x, y = points.T[::-1] if swap else points.T
+            y = -y if flip else y
+            result: Array = np.column_stack([c * x - s * y, s * x + c * y])
+            return result
+
+        def headings(yaws: Array | None) -> Array | None:
             if yaws is None:
                 return None
-            ahead = R @ np.array([np.cos(yaws), np.sin(yaws)])
-            result: Array = np.arctan2(ahead[1], ahead[0])
+            ahead = turned(np.column_stack([np.cos(yaws), np.sin(yaws)]))
+            result: Array = np.arctan2(ahead[:, 1], ahead[:, 0])
             return result
 
         return Tracks(
             tuple(
                 it._replace(
-                    positions=it.positions @ R.T + t, yaws=turned(it.yaws)
+                    positions=turned(it.positions) + shift,
+                    yaws=headings(it.yaws),
                 )
                 for it in self.people
             ),
-            tuple(wall @ R.T + t for wall in self.walls),
+            tuple(turned(wall) + shift for wall in self.walls),
         )
 
     def between(self, start: float, end: float = math.inf) -> "Tracks":
@@ -295,7 +297,7 @@ def _smooth(track: Track, sigma: float) -> Track:
     from scipy.interpolate import UnivariateSpline
 
     times, places = track.times, track.positions
-    if len(times) < _LEAST_ROWS or sigma == 0:
+    if len(times) < _LEAST_ROWS or sigma < _NO_NOISE:
         return track
     weights = np.full(len(times), 1 / sigma)
     columns = [

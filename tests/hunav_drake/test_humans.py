@@ -8,6 +8,7 @@ import pytest
 
 from hunav_drake import AddHumans, AgentServices, HumanConfig, MakeHumans
 from hunav_drake.systems.behavior import BEHAVIORS, BehaviorTree, LoadBehavior
+from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.people import draw_weights
 from hunav_drake.systems.people.parameters import K_GOAL, K_OBSTACLE
@@ -227,3 +228,16 @@ def test_services_and_evaluator_know_the_numbers_of_the_trees():
     recording = dut.GetRecording(context)
     assert recording.human_ids == (2, 1)
     assert recording.human_names == ("human_1", "human_2")
+
+
+@pytest.mark.parametrize(
+    ("count", "option", "systems"),
+    [(10, None, 10), (11, None, 1), (11, True, 11), (2, False, 1)],
+)
+def test_crowd_chooses_how_many_systems_tick_the_trees(count, option, systems):
+    config = CrowdConfig(separate_trees=option)
+    diagram = MakeHumans(make_walkers(count), config=config)
+    names = {system.get_name() for system in diagram.GetSystems()}
+    separate = {f"behavior_{i}" for i in range(count)}
+    assert len(names & {"behaviors", *separate}) == systems
+    assert ("behaviors" in names) == (systems == 1)

@@ -335,8 +335,9 @@ def test_people_come_and_go_with_every_kind_of_model(model):
 
 
 def test_one_system_of_trees_does_the_same(scenario, result):
-    """As do systems of their own, of which there are up to twenty."""
+    """As do systems of their own."""
     fewer = station(
+        "crowd.separate_trees=true",
         "robot.goal=null",
         "population.sources[1].max_present=5",
         "population.sources[1].rate=0.3",

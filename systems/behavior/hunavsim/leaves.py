@@ -11,35 +11,37 @@ import math
 from types import MappingProxyType
 from typing import Annotated, Any
 
+from numba import float32, float64
 import numpy as np
 
-from hunav_drake.systems.behavior.leaves.pacing import head_for
+from hunav_drake.systems.behavior.leaves.pacing import head_for, wrapped
 from hunav_drake.systems.behavior.leaves.robot_conditions import FIELD_OF_VIEW
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, is_goal_reached
-from hunav_drake.systems.behavior.nodes.node import (
-    Built,
-    Category,
-    Memory,
-    Node,
-    NodeStatus,
-    NodeType,
-    compose,
-)
+from hunav_drake.systems.behavior.leaves.walking import GOAL_MARGIN, IGNORED
+from hunav_drake.systems.behavior.nodes.compiled_leaf import CompiledLeaf
+from hunav_drake.systems.behavior.nodes.node import Category, NodeType
+from hunav_drake.systems.behavior.nodes.operations import AROUND, Operation
 from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     make_leaf_type,
 )
-from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import (
-    RADIUS,
-    YAW,
-    Command,
-    Hold,
-    RobotRole,
-    X,
-    Y,
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    IDLE,
+    SUCCESS,
+    NodeStatus,
 )
-from hunav_drake.systems.common.poses import wrap_angle
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    goal_of,
+    has_goal,
+    next_goal,
+    robot_at,
+    robot_of,
+    sees,
+)
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.layout import Hold, RobotRole
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.single_precision import (
     bearing,
@@ -48,67 +50,79 @@ from hunav_drake.systems.people.single_precision import (
     sine,
 )
 
+# The status of the child before it is ticked.
+_BEFORE = float(IDLE)
+
+_UNSEEN_IN_TURN = float(RobotRole.UNSEEN_IN_TURN)
+_STAY = float(Hold.STAY)
+
 _Speed = Annotated[float, within(0, 10, "m/s")]
 _Distance = Annotated[float, within(0, 1e5, "m")]
 _PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
 
-def _single(value: float) -> float:
-    return float(np.float32(value))
+@jit_inline
+def _single(value):
+    """Returns a number in single precision."""
+    return float64(float32(value))
 
 
 # HuNavSim's largest turn rate, in rad/s.
-_SINGLE_PI = _single(math.pi)
+_SINGLE_PI = float(np.float32(math.pi))
 
 
-def _turn_at_once(context: TickContext, yaw: float) -> None:
-    command = context.command
-    command[Command.YAW_TARGET] = yaw
-    command[Command.TURN_RATE] = 2 * math.pi / context.person.time_step
+@jit_inline
+def _turn_at_once(tick, yaw):
+    tick.yaw_target = yaw
+    tick.turn_rate = 2 * math.pi / tick.time_step
 
 
-def _offset(context: TickContext, robot: Row) -> tuple[Any, Any]:
+@jit_inline
+def _offset(tick, robot):
     """Returns the offset from the person to a robot, in single precision."""
-    state = context.state
-    dx = np.float32(robot[X]) - np.float32(state[X])
-    dy = np.float32(robot[Y]) - np.float32(state[Y])
+    dx = float32(robot.x) - float32(tick.x)
+    dy = float32(robot.y) - float32(tick.y)
     return dx, dy
 
 
-def _bearing(
-    context: TickContext, robot: Row, *, rounded_yaw: bool = True
-) -> float:
-    """Returns the bearing of a robot from the heading, in [-pi, pi]."""
-    dx, dy = _offset(context, robot)
+@jit_inline
+def _yaw(tick):
+    """Returns the heading of the person in (-pi, pi], in radians."""
     # (In single precision, pi is beyond pi.)
-    yaw = wrap_angle(context.state[YAW])
-    found: float = (
-        bearing(dx, dy, yaw) if rounded_yaw else bearing_in_view(dx, dy, yaw)
-    )
-    return found
+    yaw = wrapped(tick.yaw)
+    return math.pi if yaw == -math.pi else yaw
 
 
-def _distance(context: TickContext, robot: Row) -> float:
+@jit_inline
+def _bearing(tick, robot):
+    """Returns the bearing of a robot from the heading, in [-pi, pi]."""
+    dx, dy = _offset(tick, robot)
+    return float64(bearing(dx, dy, float32(_yaw(tick))))
+
+
+@jit_inline
+def _distance(tick, robot):
     """Returns the distance to the robot, in single precision."""
-    dx, dy = _offset(context, robot)
-    return float(np.sqrt(dx * dx + dy * dy))
+    dx, dy = _offset(tick, robot)
+    return float64(np.sqrt(dx * dx + dy * dy))
 
 
-def _react(context: TickContext, speed: float | None = None) -> None:
+@jit_inline
+def _react(tick):
     """Sets what all reactions share: the robot exerts no force."""
-    command = context.command
-    command[Command.ROBOT_ROLE] = float(RobotRole.UNSEEN_IN_TURN)
-    context.behavior_status = 1
-    if speed is None:
-        command[Command.HOLD] = float(Hold.STAY)
-    else:
-        command[Command.DESIRED_SPEED] = speed
-        command[Command.MAX_SPEED] = speed
+    tick.robot_role = _UNSEEN_IN_TURN
+    tick.behavior_status = 1
 
 
+@jit_inline
+def _walk(tick, speed):
+    tick.desired_speed = speed
+    tick.max_speed = speed
+
+
+@jit
 def _is_robot_visible(
-    context: TickContext,
-    *,
+    tick: Tick,
     distance: _Distance,
     field_of_view: Annotated[
         float, within(0, 2 * math.pi, "rad")
@@ -116,136 +130,141 @@ def _is_robot_visible(
     occlusion: bool = False,
 ) -> bool:
     """Holds if a robot is near and in view; the nearest is noticed."""
-    found = []
-    for i, robot in enumerate(context.robots):
-        dx, dy = _offset(context, robot)
-        if float(dx * dx + dy * dy) > distance * distance:
+    nearest, found = math.inf, -1
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        dx, dy = _offset(tick, robot)
+        if float64(dx * dx + dy * dy) > distance * distance:
             continue
-        if occlusion and not context.sees(robot[X], robot[Y]):
+        if occlusion and not sees(tick, robot.x, robot.y):
             continue
-        bearing = _bearing(context, robot, rounded_yaw=False)
-        if abs(bearing) <= field_of_view / 2:
-            found.append((_distance(context, robot), i))
-    if found:
-        context.notice(min(found)[1])
-    return bool(found)
+        off = abs(float64(bearing_in_view(dx, dy, _yaw(tick))))
+        if off <= field_of_view / 2 and _distance(tick, robot) < nearest:
+            nearest, found = _distance(tick, robot), i
+    if found >= 0:
+        tick.noticed = found
+    return found >= 0
 
 
-def _is_goal_reached(context: TickContext) -> bool:
+@jit
+def _is_goal_reached(tick: Tick) -> bool:
     """Holds within 0.1 m of the goal's radius, even if people stand there."""
-    return is_goal_reached(context, shared=False)
+    if not has_goal(tick):
+        return False
+    x, y = goal_of(tick)
+    away = math.hypot(x - tick.x, y - tick.y)
+    return bool(away <= tick.reach + GOAL_MARGIN)
 
 
-def _update_goal(context: TickContext) -> NodeStatus:
+@jit
+def _update_goal(tick: Tick) -> NodeStatus:
     """Drops the first goal, and stands still for the step."""
-    context.command[Command.HOLD] = float(Hold.STAY)
-    return (
-        NodeStatus.SUCCESS if context.go_to_next_goal() else NodeStatus.FAILURE
-    )
+    tick.hold = _STAY
+    return SUCCESS if next_goal(tick) else FAILURE
 
 
+@jit
 def _surprised_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     turn: Annotated[float, within(0, math.pi, "rad")] = _SINGLE_PI * 0.01,
 ) -> NodeStatus:
     """Stops and turns by `turn` per step; overshoots a robot on the right."""
-    robot = context.robot
-    if robot is None:
-        return NodeStatus.FAILURE
-    bearing = _bearing(context, robot)
-    _react(context)
-    change = -turn if bearing < 0 else min(bearing, turn)
-    _turn_at_once(context, context.state[YAW] + change)
-    return NodeStatus.SUCCESS
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    left = _bearing(tick, robot_at(tick, index))
+    _react(tick)
+    tick.hold = _STAY
+    _turn_at_once(tick, tick.yaw + (-turn if left < 0 else min(left, turn)))
+    return SUCCESS
 
 
+@jit
 def _scared_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     speed: _Speed = 0.6,
     push: Annotated[float, within(0, 1e4, "m/s^2")] = 20.0,
     push_range: _Distance = 0.2,
 ) -> NodeStatus:
     """Walks on slowly, pushed away from the robot."""
-    if context.robot is None:
-        return NodeStatus.FAILURE
-    _react(context, speed)
-    context.command[Command.ROBOT_REPULSION] = push * push_range
-    return NodeStatus.SUCCESS
+    if robot_of(tick) < 0:
+        return FAILURE
+    _react(tick)
+    _walk(tick, speed)
+    tick.robot_repulsion = push * push_range
+    return SUCCESS
 
 
+@jit
 def _curious_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     stop_distance: _Distance = 1.5,
     speed: _Speed = 1.8,
     speed_distance: _PositiveDistance = 10.0,
 ) -> NodeStatus:
     """Walks to the robot without a speed limit, and turns to it on arrival."""
-    robot = context.robot
-    if robot is None:
-        return NodeStatus.FAILURE
-    distance = _distance(context, robot)
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    robot = robot_at(tick, index)
+    distance = _distance(tick, robot)
+    _react(tick)
     if distance <= stop_distance:
-        _react(context)
-        _turn_at_once(context, context.state[YAW] + _bearing(context, robot))
+        tick.hold = _STAY
+        _turn_at_once(tick, tick.yaw + _bearing(tick, robot))
     else:
-        part = np.float32(distance) / np.float32(speed_distance)
-        _react(context, speed * float(part))
-        x, y = _single(robot[X]), _single(robot[Y])
-        head_for(context, x, y, robot[RADIUS])
-    return NodeStatus.SUCCESS
+        part = float32(distance) / float32(speed_distance)
+        _walk(tick, speed * float64(part))
+        head_for(tick, _single(robot.x), _single(robot.y), robot.radius)
+    return SUCCESS
 
 
+@jit
 def _threatening_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     goal_distance: _Distance = 1.1,
     goal_radius: _Distance = 0.05,
     speed: _Speed = 2.0,
     face_distance: _Distance = 1.2,
 ) -> NodeStatus:
     """Walks beside the robot: sine and cosine of its heading are swapped."""
-    robot = context.robot
-    if robot is None:
-        return NodeStatus.FAILURE
-    yaw = _single(math.remainder(_single(robot[YAW]), 2 * math.pi))
-    x = _single(robot[X]) + goal_distance * sine(yaw)
-    y = _single(robot[Y]) + goal_distance * cosine(yaw)
-    _react(context, speed)
-    head_for(context, _single(x), _single(y), goal_radius)
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    robot = robot_at(tick, index)
+    yaw = float32(wrapped(_single(robot.yaw)))
+    x = _single(robot.x) + goal_distance * float64(sine(yaw))
+    y = _single(robot.y) + goal_distance * float64(cosine(yaw))
+    _react(tick)
+    _walk(tick, speed)
+    head_for(tick, _single(x), _single(y), goal_radius)
     # The range within which the person looks at the robot after the step.
-    context.command[Command.YAW_TARGET] = face_distance
-    return NodeStatus.SUCCESS
+    tick.yaw_target = face_distance
+    return SUCCESS
 
 
-def _follow_goals(node: Node, children: tuple[Built, ...]) -> Built:
-    """Builds a decorator that drops goals as a step of HuNavSim's crowd does.
+@jit
+def _follow_goals(tick: Tick, own: Array, status: float) -> int:
+    """Drops goals as a step of HuNavSim's crowd does: before and after one.
 
     A step to the own goal that ends within its radius drops the goal; and the
     behavior status stays as it is in a step without a walk or a reaction.
     """
-    (child,) = children
-    walked, status = node.slot("walked"), node.slot("status")
-
-    def tick(memory: Memory, context: TickContext) -> NodeStatus:
-        goal, state = context.goal, context.state
-        if memory[walked] and goal is not None:
-            away = math.hypot(goal[0] - state[X], goal[1] - state[Y])
-            if away <= context.person.goal_radius:
-                context.go_to_next_goal()
-        result = child.tick(memory, context)
-        command = context.command
-        walks = command[Command.HOLD] == Hold.WALK
-        target = (command[Command.GOAL_X], command[Command.GOAL_Y])
-        memory[walked] = float(walks and target == context.goal)
-        if not walks and not context.behavior_status:
-            context.behavior_status = int(memory[status])
-        memory[status] = float(context.behavior_status)
-        return result
-
-    return compose(tick, children)
+    if status == _BEFORE:
+        if own[0] and has_goal(tick):
+            x, y = goal_of(tick)
+            if math.hypot(x - tick.x, y - tick.y) <= tick.reach:
+                next_goal(tick)
+        return 0
+    walks = tick.hold == 0
+    own[0] = 0.0
+    if walks and has_goal(tick):
+        x, y = goal_of(tick)
+        own[0] = tick.goal_x == x and tick.goal_y == y
+    if not walks and not tick.behavior_status:
+        tick.behavior_status = own[1]
+    own[1] = tick.behavior_status
+    return 0
 
 
 def _leaf(
@@ -272,10 +291,12 @@ HUNAVSIM_NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(
         "FollowGoals": NodeType(
             "FollowGoals",
             "Decorator",
-            _follow_goals,
+            Operation(AROUND),
             "Drops goals as a step of the crowd does in HuNavSim.",
             children=(1, 1),
             slots={"walked": 0.0, "status": 0.0},
+            kept=("walked", "status"),
+            leaf=CompiledLeaf(_follow_goals, 1, True),
         ),
     }
 )

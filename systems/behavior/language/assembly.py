@@ -4,7 +4,7 @@ Only then is it known which blackboard entries change and need memory, and
 which of them hold texts.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hunav_drake.systems.behavior.language import script
@@ -20,7 +20,8 @@ from hunav_drake.systems.behavior.language.entry_types import (
     number_of,
 )
 from hunav_drake.systems.behavior.nodes.errors import Spot
-from hunav_drake.systems.behavior.nodes.node import Conditions, Memory, Node
+from hunav_drake.systems.behavior.nodes.node import Conditions, Node
+from hunav_drake.systems.behavior.nodes.operations import Script
 from hunav_drake.systems.behavior.nodes.port import (
     UNSET,
     Constant,
@@ -193,28 +194,15 @@ class _Finisher:
     def conditions(self, draft: Draft, slot: int) -> Conditions | None:
         if not draft.source:
             return None
-        before: Mapping[str, script.Value] = {
-            name: script.compiled(expression, self.texts, draft.spot)
+        scripts: dict[str, Script] = {
+            name: script.compiled(expression, self.texts)
             for name, expression in draft.before.items()
         }
-        after = {
-            name: tuple(self.effect(draft, each) for each in assignments)
-            for name, assignments in draft.after.items()
-        }
-        remembers = needs_memory({*before, *after})
-        return Conditions(
-            before, after, slot if remembers else None, draft.source
-        )
-
-    def effect(
-        self, draft: Draft, assignment: script.Assignment
-    ) -> Callable[[Memory], None]:
-        value = script.compiled(assignment.value, self.texts, draft.spot)
-        entry = assignment.target.entry
-        assert entry is not None  # The target of an assignment is a name.
-        slot = entry.slot
-
-        def assign(memory: Memory) -> None:
-            memory[slot] = float(value(memory))
-
-        return assign
+        for name, assignments in draft.after.items():
+            scripts[name] = tuple(
+                instruction
+                for assignment in assignments
+                for instruction in script.assigning(assignment, self.texts)
+            )
+        remembers = needs_memory({*scripts})
+        return Conditions(scripts, slot if remembers else None, draft.source)

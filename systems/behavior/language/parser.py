@@ -26,8 +26,8 @@ from hunav_drake.systems.behavior.language.xml_source import (
     NOTES,
     XmlElement,
 )
-from hunav_drake.systems.behavior.nodes.decorators import SUBTREE
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Spot
+from hunav_drake.systems.behavior.nodes.language_nodes import SUBTREE
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,

@@ -9,7 +9,6 @@ it that needs no arithmetic::
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-import operator
 import re
 
 from hunav_drake.systems.behavior.language.blackboard import (
@@ -20,11 +19,10 @@ from hunav_drake.systems.behavior.language.blackboard import (
 from hunav_drake.systems.behavior.language.entry_types import (
     EntryType,
     TextTable,
-    number_of,
 )
+from hunav_drake.systems.behavior.nodes import operations as op
 from hunav_drake.systems.behavior.nodes.errors import Place, Spot
-from hunav_drake.systems.behavior.nodes.node import Fixed, Memory
-from hunav_drake.systems.behavior.nodes.port import UNSET
+from hunav_drake.systems.behavior.nodes.operations import Instruction, Script
 from hunav_drake.systems.common.suggest import shown
 
 MAX_LENGTH = 1000
@@ -38,19 +36,14 @@ _TOKEN = re.compile(
     re.ASCII,
 )
 
-_ORDERS = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
-_EQUALITIES = {"==": operator.eq, "!=": operator.ne}
+_ORDERS = {"<": op.LESS, "<=": op.AT_MOST, ">": op.GREATER, ">=": op.AT_LEAST}
+_EQUALITIES = {"==": op.EQUAL, "!=": op.UNEQUAL}
+_SIGNS = {**_ORDERS, **_EQUALITIES, "!": op.NOT}
+_DECIDING = {"&&": op.AND, "||": op.OR}
 _REMEDY = (
     "a script compares values with == != < <= > >= and joins with && || !, or"
     " assigns with :="
 )
-
-Value = Callable[[Memory], float]
 
 
 @dataclass(eq=False)
@@ -235,40 +228,31 @@ def literals(expression: Expression) -> Iterator[tuple[EntryType, str]]:
             yield part.kind, part.entry.literal or ""
 
 
-def compiled(expression: Expression, texts: TextTable, spot: Spot) -> Value:
-    """Returns the function that evaluates a settled expression in a tick."""
+def compiled(expression: Expression, texts: TextTable) -> Script:
+    """Returns the script that evaluates a settled expression in a tick."""
     sign, entry = expression.sign, expression.entry
-    if sign == "number":
-        return Fixed(number_of(expression.literal) or 0.0)
-    if sign == "text":
-        return Fixed(texts.number(expression.literal, expression.kind))
-    if entry is not None and not entry.set_by_nodes:
-        return Fixed(texts.number(entry.literal or "", expression.kind))
-    if entry is not None:
-        slot, key = entry.slot, entry.key
-
-        def read(memory: Memory) -> float:
-            if memory[slot] == UNSET:
-                raise spot.fault(f"nothing has set {{{key}}} yet")
-            return memory[slot]
-
-        return read
-    values = tuple(compiled(e, texts, spot) for e in expression.operands)
-    operation = _operation(sign, values)
-    if all(isinstance(value, Fixed) for value in values):
-        return Fixed(float(operation([])))
-    return operation
+    if entry is not None and entry.set_by_nodes:
+        return (Instruction(op.ENTRY, entry.slot),)
+    if sign in ("number", "text", "name"):
+        literal = expression.literal
+        if entry is not None:
+            literal = entry.literal or ""
+        return (Instruction(op.NUMBER, texts.number(literal, expression.kind)),)
+    parts = [compiled(operand, texts) for operand in expression.operands]
+    if sign not in _DECIDING:
+        operands = [each for part in parts for each in part]
+        return (*operands, Instruction(_SIGNS[sign]))
+    # If a part decides, what follows up to the end is skipped.
+    result = parts[-1]
+    for part in reversed(parts[:-1]):
+        skip = Instruction(_DECIDING[sign], len(result))
+        result = (*part, skip, *result)
+    return (*result, Instruction(op.TRUTH))
 
 
-def _operation(sign: str, values: tuple[Value, ...]) -> Value:
-    """Returns the function that joins the values of operands."""
-    if sign == "!":
-        (value,) = values
-        return lambda memory: not value(memory)
-    if sign == "&&":
-        return lambda memory: all(value(memory) for value in values)
-    if sign == "||":
-        return lambda memory: any(value(memory) for value in values)
-    compare = {**_ORDERS, **_EQUALITIES}[sign]
-    left, right = values
-    return lambda memory: compare(left(memory), right(memory))
+def assigning(assignment: Assignment, texts: TextTable) -> Script:
+    """Returns the script of an assignment."""
+    entry = assignment.target.entry
+    assert entry is not None  # The target of an assignment is a name.
+    value = compiled(assignment.value, texts)
+    return (*value, Instruction(op.ASSIGN, entry.slot))

@@ -10,22 +10,24 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     come_to_rest,
     face,
     walk_with,
+    wrapped,
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, UNSEEN
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import (
-    OMEGA,
-    RADIUS,
-    VX,
-    VY,
-    YAW,
-    Command,
-    X,
-    Y,
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    SUCCESS,
+    NodeStatus,
 )
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    cast_ray,
+    robot_at,
+    robot_of,
+)
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.schema import within
 
 # The least distance by which the place is farther from the robot than the way
@@ -59,10 +61,10 @@ class _Leg(NamedTuple):
 
 
 @register_action("BlockRobot", memory={"side": 0.0}, ignored=IGNORED)
+@jit
 def block_robot(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     distance: PortDistance = 1.1,
     gap: PortDistance = 0.3,
     speed: PortSpeed = 2.0,
@@ -83,87 +85,82 @@ def block_robot(
     place it gives way only as far as `gap` demands. Within `face_distance` of
     the place it looks at the robot. The action fails if there is no robot.
     """
-    row = context.robot
-    if row is None:
-        return NodeStatus.FAILURE
-    state = context.state
-    context.behavior_status = 1
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    it = robot_at(tick, index)
+    tick.behavior_status = 1
     # (The way leads clear of it.)
-    context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
-    keep = row[RADIUS] + state[RADIUS] + gap
+    tick.robot_role = UNSEEN
+    keep = it.radius + tick.radius + gap
     distance = max(distance, keep + _LEEWAY)
-    distance = min(distance, _room_ahead(context, row, distance))
+    distance = min(distance, _room_ahead(tick, it, distance))
     if distance < keep:
-        come_to_rest(context, acceleration)
-        face(context, row[X], row[Y], turn_rate)
-        return NodeStatus.SUCCESS
-    leg = _leg(context, row, own, keep, distance)
+        come_to_rest(tick, acceleration)
+        face(tick, it.x, it.y, turn_rate)
+        return SUCCESS
+    leg = _leg(tick, it, own, keep, distance)
     own_speed = min(
         speed, math.sqrt(2 * acceleration * leg.left), _CLOSING * leg.left
     )
     # The place moves with the robot, and turns with it. A person there holds
     # the ground, until the bodies come too near.
-    away = math.hypot(row[X] - state[X], row[Y] - state[Y])
+    away = math.hypot(it.x - tick.x, it.y - tick.y)
     part = max((leg.left - _THERE) / _BLEND, (keep - away) / _BLEND)
     part = min(max(part, 0.0), 1.0)
-    turn = row[OMEGA] * distance if leg.left < distance else 0.0
-    vx = part * row[VX] - turn * math.sin(row[YAW])
-    vy = part * row[VY] + turn * math.cos(row[YAW])
+    turn = it.omega * distance if leg.left < distance else 0.0
+    vx = part * it.vx - turn * math.sin(it.yaw)
+    vy = part * it.vy + turn * math.cos(it.yaw)
     own_speed = min(own_speed, _reserve(leg, vx, vy, speed))
     vx, vy = vx + own_speed * leg.x, vy + own_speed * leg.y
     fast = math.hypot(vx, vy)
     if fast > speed:
         vx, vy = vx / fast * speed, vy / fast * speed
-    walk_with(context, vx, vy, acceleration)
+    walk_with(tick, vx, vy, acceleration)
     if leg.left <= face_distance:
-        face(context, row[X], row[Y], turn_rate)
-    return NodeStatus.SUCCESS
+        face(tick, it.x, it.y, turn_rate)
+    return SUCCESS
 
 
-def _room_ahead(context: TickContext, robot: Row, distance: float) -> float:
+@jit_inline
+def _room_ahead(tick, robot, distance):
     """Returns the distance ahead of a robot with room for the person, in m."""
-    radius = context.state[RADIUS]
-    reach = distance + radius
-    x = robot[X] + reach * math.cos(robot[YAW])
-    y = robot[Y] + reach * math.sin(robot[YAW])
-    return reach * context.cast_ray(x, y, robot) - radius
+    reach = distance + tick.radius
+    x = robot.x + reach * math.cos(robot.yaw)
+    y = robot.y + reach * math.sin(robot.yaw)
+    return reach * cast_ray(tick, robot, x, y) - tick.radius
 
 
-def _reserve(leg: _Leg, vx: float, vy: float, speed: float) -> float:
+@jit_inline
+def _reserve(leg, vx, vy, speed):
     """Returns the speed limit along a leg on top of a velocity, in m/s."""
     along = leg.x * vx + leg.y * vy
     root = along * along + speed * speed - vx * vx - vy * vy
     return max(math.sqrt(max(root, 0.0)) - along, 0.0)
 
 
-def _leg(
-    context: TickContext,
-    robot: Row,
-    own: list[float],
-    keep: float,
-    distance: float,
-) -> _Leg:
+@jit_inline
+def _leg(tick, robot, own, keep, distance):
     """Returns the way to the place ahead of a robot, or around the robot.
 
     The place is at `distance` from the robot's center, which is kept at least
     at `keep`, in meters; `own` is the side to keep to: 1 left, -1 right of the
     robot, 0 neither.
     """
-    state = context.state
-    px, py = state[X] - robot[X], state[Y] - robot[Y]
-    qx = distance * math.cos(robot[YAW]) - px
-    qy = distance * math.sin(robot[YAW]) - py
+    px, py = tick.x - robot.x, tick.y - robot.y
+    qx = distance * math.cos(robot.yaw) - px
+    qy = distance * math.sin(robot.yaw) - py
     left = math.hypot(qx, qy)
     away = math.hypot(px, py)
-    angle = math.remainder(math.atan2(py, px) - robot[YAW], 2 * math.pi)
+    angle = wrapped(math.atan2(py, px) - robot.yaw)
     # The point on the straight way that is nearest to the robot.
     part = min(max(-(px * qx + py * qy) / max(left, 1e-9) ** 2, 0.0), 1.0)
     near = math.hypot(px + part * qx, py + part * qy)
     if left == 0 or near >= min(keep, away) - 1e-9:
         own[0] = 0.0
         return _Leg(qx / max(left, 1e-9), qy / max(left, 1e-9), left)
-    if not own[0] or abs(angle) < math.pi - _BEHIND:
-        own[0] = _side(context, robot, keep, angle)
+    if own[0] == 0 or abs(angle) < math.pi - _BEHIND:
+        own[0] = _side(tick, robot, keep, angle)
     side = own[0]
     if side == 0:
         # No way around it: behind it, as near as allowed.
@@ -173,22 +170,22 @@ def _leg(
     if away <= keep:
         # Along the circle, and out of it.
         out = min((keep - away) / 0.2, 1.0)
-        bearing = robot[YAW] + angle - side * (1 - out) * math.pi / 2
+        bearing = robot.yaw + angle - side * (1 - out) * math.pi / 2
     else:
         # To where a straight way touches it.
-        bearing = robot[YAW] + angle + math.pi
+        bearing = robot.yaw + angle + math.pi
         bearing += side * math.asin(keep / away)
     return _Leg(math.cos(bearing), math.sin(bearing), math.inf)
 
 
-def _side(context: TickContext, robot: Row, keep: float, angle: float) -> float:
+@jit_inline
+def _side(tick, robot, keep, angle):
     """Returns the side to pass a robot on: 1 left, -1 right of it, 0 none."""
     side = 1.0 if angle >= 0 else -1.0
-    reach = keep + context.state[RADIUS]
-
+    reach = keep + tick.radius
     for each in (side, -side):
-        x = robot[X] - each * reach * math.sin(robot[YAW])
-        y = robot[Y] + each * reach * math.cos(robot[YAW])
-        if context.cast_ray(x, y, robot) > 1:
+        x = robot.x - each * reach * math.sin(robot.yaw)
+        y = robot.y + each * reach * math.cos(robot.yaw)
+        if cast_ray(tick, robot, x, y) > 1:
             return each
     return 0.0

@@ -26,7 +26,6 @@ from hunav_drake.systems.behavior.leaves.pacing import (
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import SLOW
 from hunav_drake.systems.behavior.leaves.spots import (
-    Drive,
     Wanted,
     drive_of,
     find_spot,
@@ -35,14 +34,26 @@ from hunav_drake.systems.behavior.leaves.spots import (
 )
 from hunav_drake.systems.behavior.leaves.walking import (
     IGNORED,
-    ROLES,
+    UNSEEN,
     BehaviorStatus,
 )
-from hunav_drake.systems.behavior.nodes.decorators import steps_reach
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    RUNNING,
+    SUCCESS,
+    NodeStatus,
+)
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    cast_ray,
+    human_at,
+    robot_at,
+    robot_of,
+)
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.schema import within
 
 # The least gap between the discs at which robots pass; and the gap beyond which
@@ -82,6 +93,7 @@ _AT_WALL = 0.6
 # The stages of making way, and the slots of memory.
 _GO_BACK, _GO_ASIDE, _WAIT, _GO_AWAY, _GO_PAST = 1.0, 2.0, 3.0, 4.0, 5.0
 _STAGE, _PLACES, _WAITED, _ROBOT, _HELD, _NEEDED = 0, 1, 5, 6, 7, 8
+_SIZE = 9
 
 
 @register_action(
@@ -99,10 +111,10 @@ _STAGE, _PLACES, _WAITED, _ROBOT, _HELD, _NEEDED = 0, 1, 5, 6, 7, 8
     },
     ignored=IGNORED,
 )
+@jit
 def make_way(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     clearance: PortDistance = 0.3,
     speed: PortSpeed = 0.6,
     seconds: Annotated[float, within(0, 1e9, "s")] = 10.0,
@@ -124,31 +136,32 @@ def make_way(
     robot is due within `seconds`. Its behavior status is `status` meanwhile.
     The action fails if there is no robot.
     """
-    row = context.robot
-    if row is None:
-        return NodeStatus.FAILURE
-    if own[_STAGE] and own[_ROBOT] < len(context.robots):
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    if own[_STAGE] != 0 and 0 <= own[_ROBOT] < tick.num_robots:
         # (Another one may be nearer now.)
-        context.notice(int(own[_ROBOT]))
-        row = context.robots[int(own[_ROBOT])]
+        index = int(own[_ROBOT])
+        tick.noticed = index
     else:
-        own[:] = [0.0] * len(own)
-        own[_ROBOT] = float(context.robots.index(row))
+        for i in range(_SIZE):
+            own[i] = 0.0
+        own[_ROBOT] = index
         own[_NEEDED] = _LEAST
-    drive = drive_of(row, context.state)
+    robot = robot_at(tick, index)
+    drive = drive_of(robot, tick)
     own[_WAITED] += drive.speed * seconds <= drive.along
     if drive.along < -drive.both or steps_reach(
-        own[_WAITED], context.person.time_step, seconds
+        own[_WAITED], tick.time_step, seconds
     ):
         own[_STAGE] = 0.0
-        return NodeStatus.SUCCESS
-    most = context.command[Command.MAX_SPEED]
-    pace = min(max(speed, _FASTER * drive.speed), most)
-    if own[_STAGE] in (0.0, _GO_AWAY):
-        _choose(context, own, drive, Wanted(clearance, own[_NEEDED], pace, 0.0))
+        return SUCCESS
+    pace = min(max(speed, _FASTER * drive.speed), tick.max_speed)
+    if own[_STAGE] == 0 or own[_STAGE] == _GO_AWAY:
+        _choose(tick, own, drive, clearance, own[_NEEDED], pace, 0.0)
         if own[_STAGE] == _GO_AWAY and _stands_near(drive):
-            _look_past(context, own, drive)
-    elif own[_STAGE] != _GO_PAST and _is_held(context, own, row, clearance):
+            _look_past(tick, own, drive)
+    elif own[_STAGE] != _GO_PAST and _is_held(tick, own, robot, clearance):
         own[_HELD] = 0.0
         is_far = drive.along > drive.both + _NEARBY
         if own[_STAGE] == _WAIT and (
@@ -156,65 +169,63 @@ def make_way(
             or (is_far and drive.speed < SLOW)
         ):
             own[_STAGE] = 0.0
-            return NodeStatus.SUCCESS
+            return SUCCESS
         own[_NEEDED] = max(min(_gap(drive) + _MORE, clearance), _LEAST)
-        wanted = Wanted(clearance, own[_NEEDED], pace, _WORTH)
-        _choose(context, own, drive, wanted)
-    context.behavior_status = status
+        _choose(tick, own, drive, clearance, own[_NEEDED], pace, _WORTH)
+    tick.behavior_status = status
     # (The way leads clear of it.)
-    context.command[Command.ROBOT_ROLE] = ROLES["unseen"]
+    tick.robot_role = UNSEEN
     if own[_STAGE] == _GO_AWAY:
-        goes = _goes_away(context, own, drive, pace, deceleration)
+        goes = _goes_away(tick, own, drive, pace, deceleration)
     elif own[_STAGE] == _GO_PAST:
-        goes = _goes_past(context, own, pace)
+        goes = _goes_past(tick, own, pace)
     else:
-        goes = _goes_to_spot(context, own, row, pace, deceleration)
+        goes = _goes_to_spot(tick, own, robot, pace, deceleration)
     if not goes:
-        come_to_rest(context, deceleration)
-        face(context, row[X], row[Y], turn_rate)
-    return NodeStatus.RUNNING
+        come_to_rest(tick, deceleration)
+        face(tick, robot.x, robot.y, turn_rate)
+    return RUNNING
 
 
-def _gap(drive: Drive) -> float:
+@jit_inline
+def _gap(drive):
     """Returns the gap at which a robot would pass the person now."""
     return abs(drive.beside) - drive.both
 
 
-def _elsewhere(drive: Drive, clearance: float) -> float:
+@jit_inline
+def _elsewhere(drive, clearance):
     """Returns the distance beside its way at which a robot passes nobody."""
     return drive.both + clearance + _NEAR
 
 
-def _choose(
-    context: TickContext, own: list[float], drive: Drive, wanted: Wanted
-) -> None:
+@jit_inline
+def _choose(tick, own, drive, gap, least, pace, away):
     """Chooses the spot to go to, or to go away from the robot."""
-    person = context.person
-    others = [
-        (it[X], it[Y])
-        for i, it in enumerate(context.humans)
-        if i != person.index and math.hypot(it[VX], it[VY]) < STANDING
-    ]
-    spot = find_spot(
-        *(context.state, person.body_radius, drive, wanted),
-        *(others, person.walls),
-    )
+    spot = find_spot(tick, drive, Wanted(gap, least, pace, away))
     own[_STAGE] = _GO_AWAY
-    if spot is not None:
+    if spot.gap > -math.inf:
         own[_STAGE] = _GO_BACK
-        own[_PLACES : _PLACES + 4] = spot[:4]
+        _set_places(own, spot)
 
 
-def _is_held(
-    context: TickContext, own: list[float], robot: Row, clearance: float
-) -> bool:
+@jit_inline
+def _set_places(own, spot):
+    own[_PLACES] = spot.back_x
+    own[_PLACES + 1] = spot.back_y
+    own[_PLACES + 2] = spot.x
+    own[_PLACES + 3] = spot.y
+
+
+@jit_inline
+def _is_held(tick, own, robot, clearance):
     """Returns whether the spot has been unsuitable for too long."""
-    drive = drive_of(robot, context.state)
+    drive = drive_of(robot, tick)
     gap = _gap(drive)
     seconds = 0.0
     if own[_STAGE] != _WAIT:
         # Others or walls keep the person off it.
-        seconds = _HELD_OFF if speed_of(context) < STANDING else 0.0
+        seconds = _HELD_OFF if speed_of(tick) < STANDING else 0.0
     elif (
         gap < min(_LEAST / 2, clearance - _CLOSE)
         or gap > _elsewhere(drive, clearance) - drive.both
@@ -225,135 +236,125 @@ def _is_held(
         drive.along > drive.both + _NEARBY
         or (
             gap < min(clearance, _ENOUGH) - _CLOSE
-            and not _is_another_ahead(context, robot)
+            and not _is_another_ahead(tick, robot)
         )
     ):
         # It does not come.
         seconds = _STUCK
-    own[_HELD] = own[_HELD] + 1 if seconds else 0.0
-    step = context.person.time_step
-    return seconds > 0 and steps_reach(own[_HELD], step, seconds)
+    own[_HELD] = own[_HELD] + 1 if seconds > 0 else 0.0
+    return seconds > 0 and steps_reach(own[_HELD], tick.time_step, seconds)
 
 
-def _is_another_ahead(context: TickContext, robot: Row) -> bool:
+@jit_inline
+def _is_another_ahead(tick, robot):
     """Returns whether a robot may be standing for another person."""
-    for i, state in enumerate(context.humans):
-        drive = drive_of(robot, state)
+    for i in range(tick.num_humans):
+        drive = drive_of(robot, human_at(tick, i))
         near = 0 < drive.along < drive.both + _NEARBY
-        if i != context.person.index and near and _gap(drive) < _LEAST:
+        if i != tick.index and near and _gap(drive) < _LEAST:
             return True
     return False
 
 
-def _stands_near(drive: Drive) -> bool:
+@jit_inline
+def _stands_near(drive):
     """Returns whether the robot stands where it may want to pass."""
     return drive.speed < SLOW and drive.along < drive.both + _NEARBY
 
 
-def _goes_to_spot(
-    context: TickContext,
-    own: list[float],
-    robot: Row,
-    pace: float,
-    deceleration: float,
-) -> bool:
+@jit_inline
+def _goes_to_spot(tick, own, robot, pace, deceleration):
     """Walks to the spot, first back and then aside; returns whether it does."""
-    state = context.state
     for stage in (_GO_BACK, _GO_ASIDE):
         if own[_STAGE] > stage:
             continue
         first = _PLACES + 2 * int(stage - _GO_BACK)
-        x, y = own[first : first + 2]
-        dx, dy = x - state[X], y - state[Y]
+        x, y = own[first], own[first + 1]
+        dx, dy = x - tick.x, y - tick.y
         left = math.hypot(dx, dy)
-        held = own[_HELD] * context.person.time_step > _HELD_OFF / 2
+        held = own[_HELD] * tick.time_step > _HELD_OFF / 2
         near = _ON_WAY if stage == _GO_BACK else _ARRIVED
         if left > (_NEAR if held else near):
             own[_STAGE] = stage
             # (Around a robot that is too near.)
-            rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+            rx, ry = tick.x - robot.x, tick.y - robot.y
             away = max(math.hypot(rx, ry), 1e-9)
-            both = state[RADIUS] + robot[RADIUS]
+            both = tick.radius + robot.radius
             out = left * max(both + _LEAST - away, 0.0) / (2 * _LEAST * away)
             x, y = x + out * rx, y + out * ry
-            head_for(context, x, y, near / 2)
-            walk_at(context, pace, deceleration)
+            head_for(tick, x, y, near / 2)
+            walk_at(tick, pace, deceleration)
             if stage == _GO_ASIDE:
-                if deceleration:
-                    slow_down_before(context, left, deceleration)
-                _press(context, dx / left, dy / left, left)
+                if deceleration > 0:
+                    slow_down_before(tick, left, deceleration)
+                _press(tick, dx / left, dy / left, left)
             return True
     own[_STAGE] = _WAIT
     return False
 
 
-def _goes_away(
-    context: TickContext,
-    own: list[float],
-    drive: Drive,
-    pace: float,
-    deceleration: float,
-) -> bool:
+@jit_inline
+def _goes_away(tick, own, drive, pace, deceleration):
     """Walks away ahead of the robot; returns whether it does.
 
     Where others block the way it steps aside, as far as there is room.
     """
     if drive.along - drive.both > _LEAD:
         return False
-    person, state = context.person, context.state
-    dx, dy, free = way_off(state, person.body_radius, drive, person.walls)
+    dx, dy, free = way_off(tick, drive)
     if free <= _ON_WAY:
         return False
-    own[_HELD] = own[_HELD] + 1 if speed_of(context) < STANDING else 0.0
-    if steps_reach(own[_HELD], person.time_step, _HELD_OFF):
+    own[_HELD] = own[_HELD] + 1 if speed_of(tick) < STANDING else 0.0
+    if steps_reach(own[_HELD], tick.time_step, _HELD_OFF):
         own[_HELD] = 0.0
         least = _gap(drive) + _MORE
-        _choose(context, own, drive, Wanted(least, least, pace, 0.0))
-    head_for(context, state[X] + free * dx, state[Y] + free * dy, _ARRIVED / 2)
-    walk_at(context, pace, deceleration)
-    if deceleration:
-        slow_down_before(context, free, deceleration)
-    _press(context, dx, dy, free)
+        _choose(tick, own, drive, least, least, pace, 0.0)
+    head_for(tick, tick.x + free * dx, tick.y + free * dy, _ARRIVED / 2)
+    walk_at(tick, pace, deceleration)
+    if deceleration > 0:
+        slow_down_before(tick, free, deceleration)
+    _press(tick, dx, dy, free)
     return True
 
 
-def _look_past(context: TickContext, own: list[float], drive: Drive) -> None:
+@jit_inline
+def _look_past(tick, own, drive):
     """Decides to go past a robot that stands, where no other way is left."""
-    person, state = context.person, context.state
-    _, _, free = way_off(state, person.body_radius, drive, person.walls)
+    _, _, free = way_off(tick, drive)
     if free > _ON_WAY:
         return
-    spot = way_past(state, person.body_radius, drive, person.walls)
-    if spot is not None:
+    spot = way_past(tick, drive)
+    if spot.gap > -math.inf:
         own[_STAGE] = _GO_PAST
-        own[_PLACES : _PLACES + 4] = spot[:4]
+        _set_places(own, spot)
 
 
-def _goes_past(context: TickContext, own: list[float], pace: float) -> bool:
+@jit_inline
+def _goes_past(tick, own, pace):
     """Walks past a robot along a wall; returns whether it does."""
-    state = context.state
-    ax, ay, bx, by = own[_PLACES : _PLACES + 4]
+    ax, ay = own[_PLACES], own[_PLACES + 1]
+    bx, by = own[_PLACES + 2], own[_PLACES + 3]
     length = math.hypot(bx - ax, by - ay)
     ex, ey = (bx - ax) / length, (by - ay) / length
-    along = (state[X] - ax) * ex + (state[Y] - ay) * ey
-    if math.hypot(ax - state[X], ay - state[Y]) <= _ON_WAY:
+    along = (tick.x - ax) * ex + (tick.y - ay) * ey
+    if math.hypot(ax - tick.x, ay - tick.y) <= _ON_WAY:
         own[_HELD] = -1.0
     along = min(along + AIM, length) if own[_HELD] < 0 else 0.0
-    head_for(context, ax + along * ex, ay + along * ey, 0.0)
-    walk_at(context, pace)
-    context.command[Command.DESIRED_SPEED] = PRESSING
+    head_for(tick, ax + along * ex, ay + along * ey, 0.0)
+    walk_at(tick, pace, 0.0)
+    tick.desired_speed = PRESSING
     return True
 
 
-def _press(context: TickContext, dx: float, dy: float, left: float) -> None:
+@jit_inline
+def _press(tick, dx, dy, left):
     """Overcomes the forces of walls that keep the person off a spot there.
 
     The spot is `left` meters away in the direction of (dx, dy).
     """
     if left > _AT_WALL:
         return
-    state = context.state
-    reach = left + state[RADIUS] + _NEAR
-    x, y = state[X] + reach * dx, state[Y] + reach * dy
-    if context.cast_ray(x, y) <= 1:
-        context.command[Command.DESIRED_SPEED] = PRESSING
+    reach = left + tick.radius + _NEAR
+    x, y = tick.x + reach * dx, tick.y + reach * dy
+    if cast_ray(tick, tick, x, y) <= 1:
+        tick.desired_speed = PRESSING

@@ -1,10 +1,11 @@
-"""Starting, slowing down and stopping of people, as bodies can."""
+"""Starting, slowing down and stopping of people, as bodies can; compiled."""
 
 import math
 from typing import Annotated
 
-from hunav_drake.systems.behavior.nodes.tick_context import TickContext
-from hunav_drake.systems.common.layout import VX, VY, YAW, Command, X, Y
+import numpy as np
+
+from hunav_drake.systems.common.kernels import jit_inline
 from hunav_drake.systems.common.schema import within
 
 TurnRate = Annotated[float, within(0, 100, "rad/s", low_open=True)]
@@ -31,84 +32,92 @@ AIM = 0.06
 STANDING = 0.05
 
 
-def speed_of(context: TickContext) -> float:
-    """Returns the speed of the person, in m/s."""
-    return math.hypot(context.state[VX], context.state[VY])
+@jit_inline
+def speed_of(body):
+    """Returns the speed of a body, in m/s."""
+    return math.hypot(body.vx, body.vy)
 
 
-def face(context: TickContext, x: float, y: float, turn_rate: float) -> None:
+@jit_inline
+def wrapped(angle):
+    """Returns `math.remainder(angle, 2 * math.pi)`, to the last bit."""
+    turn = 2 * math.pi
+    rest = np.fmod(abs(angle), turn)
+    beyond = turn - rest
+    if rest > beyond:
+        rest = -beyond
+    elif rest == beyond:
+        rest -= 2 * np.fmod(0.5 * (abs(angle) - rest), turn)
+    return math.copysign(1.0, angle) * rest
+
+
+@jit_inline
+def face(tick, x, y, turn_rate):
     """Turns the person towards a point, at `turn_rate` at most.
 
     A person who stands on the point keeps the heading.
     """
-    state, command = context.state, context.command
-    dx, dy = x - state[X], y - state[Y]
-    command[Command.TURN_RATE] = turn_rate
-    command[Command.YAW_TARGET] = math.atan2(dy, dx) if dx or dy else state[YAW]
+    dx, dy = x - tick.x, y - tick.y
+    tick.turn_rate = turn_rate
+    tick.yaw_target = math.atan2(dy, dx) if dx != 0 or dy != 0 else tick.yaw
 
 
-def head_for(
-    context: TickContext, x: float, y: float, goal_radius: float
-) -> None:
+@jit_inline
+def head_for(tick, x, y, goal_radius):
     """Walks to a point instead of to the current goal."""
-    command = context.command
-    command[Command.GOAL_X] = x
-    command[Command.GOAL_Y] = y
-    command[Command.GOAL_RADIUS] = goal_radius
-    command[Command.HAS_GOAL] = 1.0
+    tick.goal_x = x
+    tick.goal_y = y
+    tick.goal_radius = goal_radius
+    tick.has_goal = 1.0
 
 
-def walk_at(
-    context: TickContext, speed: float, deceleration: float = 0.0
-) -> None:
+@jit_inline
+def walk_at(tick, speed, deceleration):
     """Walks at a speed, slowing down to it by `deceleration` at most."""
-    command = context.command
-    command[Command.DESIRED_SPEED] = speed
-    if deceleration:
-        least = speed_of(context) - deceleration * context.person.time_step
+    tick.desired_speed = speed
+    if deceleration != 0:
+        least = speed_of(tick) - deceleration * tick.time_step
         speed = max(speed, least)
-    command[Command.MAX_SPEED] = speed
+    tick.max_speed = speed
 
 
-def slow_down_before(
-    context: TickContext, left: float, deceleration: float
-) -> None:
+@jit_inline
+def slow_down_before(tick, left, deceleration):
     """Limits the speed so that `deceleration` stops the person in `left` m."""
     # (Half of it leaves room for the forces. The desired speed stays, so that
     # the forces of a wall nearby do not hold the person back.)
-    most = context.command[Command.MAX_SPEED]
-    least = speed_of(context) - deceleration * context.person.time_step
+    least = speed_of(tick) - deceleration * tick.time_step
     speed = max(math.sqrt(deceleration * left), least)
-    context.command[Command.MAX_SPEED] = min(speed, most)
+    tick.max_speed = min(speed, tick.max_speed)
 
 
-def come_to_rest(context: TickContext, deceleration: float = 0.0) -> None:
+@jit_inline
+def come_to_rest(tick, deceleration):
     """Stands still, or slows down to do so, by `deceleration` at most."""
-    left = speed_of(context) - deceleration * context.person.time_step
-    if not deceleration or left <= 0:
-        context.command[Command.HOLD] = 1.0
+    left = speed_of(tick) - deceleration * tick.time_step
+    if deceleration == 0 or left <= 0:
+        tick.hold = 1.0
         return
-    state = context.state
     # (A goal that is not reached before the person stands.)
-    head_for(context, state[X] + state[VX], state[Y] + state[VY], 0.0)
-    walk_at(context, left)
+    head_for(tick, tick.x + tick.vx, tick.y + tick.vy, 0.0)
+    walk_at(tick, left, 0.0)
 
 
-def walk_with(
-    context: TickContext, vx: float, vy: float, acceleration: float
-) -> None:
+@jit_inline
+def walk_with(tick, vx, vy, acceleration):
     """Walks with a velocity in W, which changes by `acceleration` at most."""
-    state, command = context.state, context.command
-    dx, dy = vx - state[VX], vy - state[VY]
+    dx, dy = vx - tick.vx, vy - tick.vy
     change = math.hypot(dx, dy)
-    part = min(acceleration * RESPONSE_TIME / change, 1.0) if change else 0.0
-    vx, vy = state[VX] + part * dx, state[VY] + part * dy
+    part = 0.0
+    if change != 0:
+        part = min(acceleration * RESPONSE_TIME / change, 1.0)
+    vx, vy = tick.vx + part * dx, tick.vy + part * dy
     speed = math.hypot(vx, vy)
-    if speed < STANDING and speed_of(context) < STANDING:
-        command[Command.HOLD] = 1.0
+    if speed < STANDING and speed_of(tick) < STANDING:
+        tick.hold = 1.0
         return
-    command[Command.DESIRED_SPEED] = speed
-    command[Command.MAX_SPEED] = max(speed, speed_of(context))
+    tick.desired_speed = speed
+    tick.max_speed = max(speed, speed_of(tick))
     # A point half a meter ahead, which the next tick puts farther on.
     ahead = 0.5 / max(speed, STANDING)
-    head_for(context, state[X] + ahead * vx, state[Y] + ahead * vy, 0.0)
+    head_for(tick, tick.x + ahead * vx, tick.y + ahead * vy, 0.0)

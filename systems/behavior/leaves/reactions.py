@@ -20,10 +20,14 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     walk_at,
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.tick_context import TickContext
-from hunav_drake.systems.common.layout import RADIUS, YAW, Command, X, Y
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    SUCCESS,
+    NodeStatus,
+)
+from hunav_drake.systems.behavior.nodes.tick import Tick, robot_at, robot_of
+from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.schema import within
 
 # The rate at which people turn to the robot, in rad/s.
@@ -31,9 +35,9 @@ TURN_RATE = math.pi
 
 
 @register_action("SurprisedNav", ignored=IGNORED)
+@jit
 def surprised_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     turn_rate: TurnRate = TURN_RATE,
     deceleration: Deceleration = 0.0,
 ) -> NodeStatus:
@@ -41,19 +45,20 @@ def surprised_nav(
 
     The person slows down by `deceleration` at most, or at once if it is 0.
     """
-    robot = context.robot
-    if robot is None:
-        return NodeStatus.FAILURE
-    come_to_rest(context, deceleration)
-    face(context, robot[X], robot[Y], turn_rate)
-    context.behavior_status = 1
-    return NodeStatus.SUCCESS
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    it = robot_at(tick, index)
+    come_to_rest(tick, deceleration)
+    face(tick, it.x, it.y, turn_rate)
+    tick.behavior_status = 1
+    return SUCCESS
 
 
 @register_action("ScaredNav", ignored=IGNORED)
+@jit
 def scared_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     speed: PortSpeed = 0.6,
     push: Annotated[float, within(0, 1e4, "m/s^2")] = 20.0,
     push_range: PortDistance = 0.2,
@@ -69,22 +74,21 @@ def scared_nav(
     `own_maximum`, a person whose own maximum is below `speed` does not exceed
     it; without, as in HuNavSim, fear makes such a person faster.
     """
-    if context.robot is None:
-        return NodeStatus.FAILURE
-    command = context.command
-    command[Command.ROBOT_ROLE] = ROLES[robot]
-    command[Command.ROBOT_REPULSION] = push * push_range
+    if robot_of(tick) < 0:
+        return FAILURE
+    tick.robot_role = ROLES[int(robot)]
+    tick.robot_repulsion = push * push_range
     if own_maximum:
-        speed = min(speed, command[Command.MAX_SPEED])
-    walk_at(context, speed, deceleration)
-    context.behavior_status = 1
-    return NodeStatus.SUCCESS
+        speed = min(speed, tick.max_speed)
+    walk_at(tick, speed, deceleration)
+    tick.behavior_status = 1
+    return SUCCESS
 
 
 @register_action("CuriousNav", ignored=IGNORED)
+@jit
 def curious_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     stop_distance: PortDistance = 1.5,
     speed: PortSpeed = 1.8,
     speed_distance: PositiveDistance = 10.0,
@@ -99,31 +103,31 @@ def curious_nav(
     down by `deceleration` at most, as early as that demands, or stops at once
     if it is 0.
     """
-    row = context.robot
-    if row is None:
-        return NodeStatus.FAILURE
-    state, command = context.state, context.command
-    distance = math.hypot(row[X] - state[X], row[Y] - state[Y])
-    command[Command.ROBOT_ROLE] = ROLES[robot]
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    it = robot_at(tick, index)
+    distance = math.hypot(it.x - tick.x, it.y - tick.y)
+    tick.robot_role = ROLES[int(robot)]
     if distance <= stop_distance:
-        come_to_rest(context, deceleration)
-        face(context, row[X], row[Y], turn_rate)
+        come_to_rest(tick, deceleration)
+        face(tick, it.x, it.y, turn_rate)
     else:
         approach = speed * (distance / speed_distance)
-        approach = min(approach, command[Command.MAX_SPEED])
+        approach = min(approach, tick.max_speed)
         if deceleration:
             left = distance - stop_distance
             approach = min(approach, math.sqrt(deceleration * left))
-        head_for(context, row[X], row[Y], row[RADIUS])
-        walk_at(context, approach, deceleration)
-    context.behavior_status = 1
-    return NodeStatus.SUCCESS
+        head_for(tick, it.x, it.y, it.radius)
+        walk_at(tick, approach, deceleration)
+    tick.behavior_status = 1
+    return SUCCESS
 
 
 @register_action("ThreateningNav", ignored=IGNORED)
+@jit
 def threatening_nav(
-    context: TickContext,
-    *,
+    tick: Tick,
     goal_distance: PortDistance = 1.1,
     goal_radius: PortDistance = 0.05,
     speed: PortSpeed = 2.0,
@@ -137,16 +141,16 @@ def threatening_nav(
     HuNavSim's action, which leads through a robot that is on the way;
     BlockRobot leads around it.
     """
-    row = context.robot
-    if row is None:
-        return NodeStatus.FAILURE
-    state = context.state
-    context.command[Command.ROBOT_ROLE] = ROLES[robot]
-    x = row[X] + goal_distance * math.cos(row[YAW])
-    y = row[Y] + goal_distance * math.sin(row[YAW])
-    head_for(context, x, y, goal_radius)
-    walk_at(context, speed)
-    if math.hypot(row[X] - state[X], row[Y] - state[Y]) <= face_distance:
-        face(context, row[X], row[Y], turn_rate)
-    context.behavior_status = 1
-    return NodeStatus.SUCCESS
+    index = robot_of(tick)
+    if index < 0:
+        return FAILURE
+    it = robot_at(tick, index)
+    tick.robot_role = ROLES[int(robot)]
+    x = it.x + goal_distance * math.cos(it.yaw)
+    y = it.y + goal_distance * math.sin(it.yaw)
+    head_for(tick, x, y, goal_radius)
+    walk_at(tick, speed, 0.0)
+    if math.hypot(it.x - tick.x, it.y - tick.y) <= face_distance:
+        face(tick, it.x, it.y, turn_rate)
+    tick.behavior_status = 1
+    return SUCCESS

@@ -5,13 +5,24 @@ actions after it refer to that robot.
 """
 
 import math
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
+import numpy as np
+
+from hunav_drake.systems.behavior.leaves.pacing import speed_of, wrapped
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
-from hunav_drake.systems.behavior.nodes.decorators import steps_reach
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
+from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_condition
-from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    goal_of,
+    has_goal,
+    robot_at,
+    sees,
+)
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.schema import within
 
 # The field of view of people, a little more than half a turn, in radians.
@@ -29,34 +40,50 @@ _OPPOSITE = -math.cos(math.pi / 3)
 
 Distance = Annotated[float, within(0, 1e5, "m")]
 
+# The columns of `before_goal`.
+AHEAD, BESIDE, ROW = 0, 1, 2
 
-def course(robot: Row) -> tuple[float, float]:
+
+@jit_inline
+def course(robot):
     """Returns the unit vector of a robot's velocity; of its heading at rest."""
-    speed = math.hypot(robot[VX], robot[VY])
+    speed = speed_of(robot)
     if speed < SLOW:
-        return math.cos(robot[YAW]), math.sin(robot[YAW])
-    return robot[VX] / speed, robot[VY] / speed
+        return math.cos(robot.yaw), math.sin(robot.yaw)
+    return robot.vx / speed, robot.vy / speed
 
 
-def _is_clear(context: TickContext, index: int, occlusion: bool) -> bool:
+@jit_inline
+def _is_clear(tick, index, occlusion):
     """Returns whether no wall hides a robot; always without `occlusion`."""
-    robot = context.robots[index]
-    return not occlusion or context.sees(robot[X], robot[Y])
+    robot = robot_at(tick, index)
+    return occlusion == 0 or sees(tick, robot.x, robot.y)
 
 
-def _notice_nearest(
-    context: TickContext, found: list[tuple[float, int]], occlusion: bool
-) -> int:
+@jit_inline
+def _fitting(tick):
+    """Returns an array for the distance of each robot; else infinity."""
+    return numbers_at(tick.distances)
+
+
+@jit_inline
+def _notice_nearest(tick, occlusion):
     """Notices the nearest robot that no wall hides; returns its index or -1.
 
-    The robots that fit otherwise are given by their distances and indices.
+    The robots that fit otherwise have their distances in `_fitting`.
     """
-    found.sort()
-    for _, index in found:
-        if _is_clear(context, index, occlusion):
-            context.notice(index)
+    found = _fitting(tick)
+    while True:
+        nearest, index = math.inf, -1
+        for i in range(tick.num_robots):
+            if found[i] < nearest:
+                nearest, index = found[i], i
+        if index < 0:
+            return -1
+        if _is_clear(tick, index, occlusion):
+            tick.noticed = index
             return index
-    return -1
+        found[index] = math.inf
 
 
 @register_condition(
@@ -64,10 +91,10 @@ def _notice_nearest(
     memory={"ticks left": 0.0, "robot": 0.0, "noticed": 0.0},
     ignored=IGNORED,
 )
+@jit
 def is_robot_visible(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     distance: Distance,
     field_of_view: Annotated[
         float, within(0, 2 * math.pi, "rad")
@@ -84,33 +111,34 @@ def is_robot_visible(
     robot remembers it for the time `memory`; with `track`, that time does not
     run while the robot is merely out of view: near, and not behind a wall.
     """
-    state = context.state
-    found = []
-    for i, robot in enumerate(context.robots):
-        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        found[i] = math.inf
+        dx, dy = robot.x - tick.x, robot.y - tick.y
         away = math.hypot(dx, dy)
-        is_noticed = own[2] and i == own[1]
+        is_noticed = own[2] != 0 and i == own[1]
         if away > distance + (hysteresis if is_noticed else 0.0):
             continue
-        bearing = math.atan2(dy, dx) - state[YAW]
-        off = abs(math.remainder(bearing, 2 * math.pi))
+        off = abs(wrapped(math.atan2(dy, dx) - tick.yaw))
         if off <= field_of_view / 2:
-            found.append((away, i))
-    seen = _notice_nearest(context, found, occlusion) if found else -1
+            found[i] = away
+    seen = _notice_nearest(tick, occlusion)
     if seen >= 0:
-        ticks = round(memory / context.person.time_step)
-        own[:] = [float(ticks), float(seen), 1.0]
+        own[0] = round(memory / tick.time_step)
+        own[1] = seen
+        own[2] = 1.0
         return True
     remembered = int(own[1])
     # (The memory may be of a trial with more robots.)
-    if own[0] == 0 or remembered >= len(context.robots):
+    if own[0] == 0 or not 0 <= remembered < tick.num_robots:
         own[2] = 0.0
         return False
-    context.notice(remembered)
-    robot = context.robots[remembered]
-    away = math.hypot(robot[X] - state[X], robot[Y] - state[Y])
+    tick.noticed = remembered
+    robot = robot_at(tick, remembered)
+    away = math.hypot(robot.x - tick.x, robot.y - tick.y)
     is_near = away <= distance + hysteresis and _is_clear(
-        context, remembered, occlusion
+        tick, remembered, occlusion
     )
     if not (track and is_near):
         own[0] -= 1
@@ -118,9 +146,9 @@ def is_robot_visible(
 
 
 @register_condition("IsRobotApproaching", ignored=IGNORED)
+@jit
 def is_robot_approaching(
-    context: TickContext,
-    *,
+    tick: Tick,
     distance: Distance,
     width: Distance = 1.0,
     head_on: bool = False,
@@ -137,31 +165,32 @@ def is_robot_approaching(
     `standing_distance`, as if it were to drive on. With `only_without_goal`,
     the condition never holds for a person who has a goal.
     """
-    if only_without_goal and context.goal is not None:
+    if only_without_goal and has_goal(tick):
         return False
-    state = context.state
-    head_on = head_on and not (
-        at_rest and math.hypot(state[VX], state[VY]) < SLOW
-    )
-    found = []
-    for i, robot in enumerate(context.robots):
-        stands = math.hypot(robot[VX], robot[VY]) < SLOW
+    must_face = bool(head_on)
+    if at_rest and speed_of(tick) < SLOW:
+        must_face = False
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        found[i] = math.inf
         hx, hy = course(robot)
-        rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+        rx, ry = tick.x - robot.x, tick.y - robot.y
         along = rx * hx + ry * hy
+        stands = speed_of(robot) < SLOW
         if not 0 < along <= (standing_distance if stands else distance):
             continue
-        facing = hx * math.cos(state[YAW]) + hy * math.sin(state[YAW])
+        facing = hx * math.cos(tick.yaw) + hy * math.sin(tick.yaw)
         is_on_course = abs(hx * ry - hy * rx) <= width
-        if is_on_course and (not head_on or facing <= _OPPOSITE):
-            found.append((along, i))
-    return _notice_nearest(context, found, occlusion) >= 0
+        if is_on_course and (not must_face or facing <= _OPPOSITE):
+            found[i] = along
+    return bool(_notice_nearest(tick, occlusion) >= 0)
 
 
 @register_condition("IsRobotInTheWay", ignored=IGNORED)
+@jit
 def is_robot_in_the_way(
-    context: TickContext,
-    *,
+    tick: Tick,
     distance: Distance,
     clearance: Distance = 1.0,
     gap: Distance = 0.0,
@@ -175,89 +204,87 @@ def is_robot_in_the_way(
     robot so near to the goal itself cannot be passed, and does not count.
     """
     # (Most robots are far away, most of the time.)
-    if not _is_any_near(context, distance):
+    if not _is_any_near(tick, distance):
         return False
-    clearance = between(context, clearance, gap)
-    found = [
-        (it.ahead, it.row)
-        for it in before_goal(context, distance, clearance)
-        if abs(it.beside) < clearance
-    ]
-    return _notice_nearest(context, found, occlusion) >= 0
+    clearance = between(tick, clearance, gap)
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        found[i] = math.inf
+    for it in before_goal(tick, distance, clearance, 0.0):
+        if abs(it[BESIDE]) < clearance:
+            found[int(it[ROW])] = it[AHEAD]
+    return bool(_notice_nearest(tick, occlusion) >= 0)
 
 
-def _is_any_near(context: TickContext, distance: float) -> bool:
+@jit_inline
+def _is_any_near(tick, distance):
     """Returns whether any robot's center is at most a distance away."""
-    state = context.state
-    x, y = state[X], state[Y]
-    for robot in context.robots:
-        if math.hypot(robot[X] - x, robot[Y] - y) <= distance:
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        if math.hypot(robot.x - tick.x, robot.y - tick.y) <= distance:
             return True
     return False
 
 
-def between(context: TickContext, clearance: float, gap: float) -> float:
+@jit_inline
+def between(tick, clearance, gap):
     """Returns the distance to keep from the centers of robots, in meters.
 
     It is `clearance`, or what leaves a `gap` above 0 between the bodies.
     """
-    if gap > 0 and context.robots:
-        widest = max([robot[RADIUS] for robot in context.robots])
-        return max(clearance, context.state[RADIUS] + widest + gap)
+    if gap > 0:
+        for i in range(tick.num_robots):
+            robot = robot_at(tick, i)
+            clearance = max(clearance, tick.radius + robot.radius + gap)
     return clearance
 
 
-class OnWay(NamedTuple):
-    """The position of a robot relative to a person's line to the goal.
-
-    Attributes:
-        ahead: The distance ahead of the person, in meters.
-        beside: The distance to the left of the line, in meters.
-        row: Its place in `TickContext.robots`.
-    """
-
-    ahead: float
-    beside: float
-    row: int
-
-
-def before_goal(
-    context: TickContext, distance: float, clearance: float, behind: float = 0.0
-) -> list[OnWay]:
+@jit_inline
+def before_goal(tick, distance, clearance, behind):
     """Returns the robots between the person and the goal.
 
     They are at most `distance` away, and at most `behind` behind the person.
     Robots nearer to the goal than `clearance` cannot be passed, and do not
     count. All are in meters.
+
+    Returns:
+        Shape (k, 3): for each its distance ahead of the person, and to the
+        left of the line to the goal, in meters, and its index.
     """
-    state, goal = context.state, context.goal
-    if goal is None:
-        return []
-    gx, gy = goal[0] - state[X], goal[1] - state[Y]
+    found = np.empty((tick.num_robots, 3))
+    count = 0
+    if not has_goal(tick):
+        return found[:0]
+    x, y = goal_of(tick)
+    gx, gy = x - tick.x, y - tick.y
     length = math.hypot(gx, gy)
     if length == 0:
-        return []
+        return found[:0]
     gx, gy = gx / length, gy / length
-    found = []
-    for i, robot in enumerate(context.robots):
-        dx, dy = robot[X] - state[X], robot[Y] - state[Y]
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        dx, dy = robot.x - tick.x, robot.y - tick.y
         ahead, beside = dx * gx + dy * gy, gx * dy - gy * dx
         if math.hypot(dx, dy) > distance or not -behind < ahead < length:
             continue
         if math.hypot(length - ahead, beside) >= clearance:
-            found.append(OnWay(ahead, beside, i))
-    return found
+            found[count, AHEAD] = ahead
+            found[count, BESIDE] = beside
+            found[count, ROW] = i
+            count += 1
+    return found[:count]
 
 
-def way(context: TickContext) -> tuple[float, float]:
+@jit_inline
+def way(tick):
     """Returns the unit vector to the goal; of the heading if there is none."""
-    state, goal = context.state, context.goal
-    if goal is not None:
-        dx, dy = goal[0] - state[X], goal[1] - state[Y]
+    if has_goal(tick):
+        x, y = goal_of(tick)
+        dx, dy = x - tick.x, y - tick.y
         length = math.hypot(dx, dy)
         if length > 0:
             return dx / length, dy / length
-    return math.cos(state[YAW]), math.sin(state[YAW])
+    return math.cos(tick.yaw), math.sin(tick.yaw)
 
 
 _WAITING = {
@@ -269,11 +296,18 @@ _WAITING = {
 }
 
 
+@jit_inline
+def _begin_anew(own):
+    own[0] = 0.0
+    for i in range(1, 5):
+        own[i] = math.inf
+
+
 @register_condition("IsRobotWaiting", memory=_WAITING, ignored=IGNORED)
+@jit
 def is_robot_waiting(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     distance: Distance = 1.0,
     margin: Distance = 0.2,
     seconds: Annotated[float, within(0, 1e9, "s")] = 5.0,
@@ -287,36 +321,39 @@ def is_robot_waiting(
     than 0.3 m for `seconds`. With `with_goal`, it holds only for people who
     have a goal. It holds for one tick; then the time begins anew.
     """
-    index = _nearest_ahead(context, distance, margin)
-    if index < 0 or (with_goal and context.goal is None):
+    index = _nearest_ahead(tick, distance, margin)
+    if index < 0 or (with_goal and not has_goal(tick)):
         if own[1] != math.inf:
-            own[:] = _WAITING.values()
+            _begin_anew(own)
         return False
-    state = context.state
-    robot = context.robots[index]
-    moved = math.hypot(state[X] - own[1], state[Y] - own[2])
-    driven = math.hypot(robot[X] - own[3], robot[Y] - own[4])
+    robot = robot_at(tick, index)
+    moved = math.hypot(tick.x - own[1], tick.y - own[2])
+    driven = math.hypot(robot.x - own[3], robot.y - own[4])
     if not (moved <= _STILL and driven <= _STILL):
-        own[:] = [0.0, state[X], state[Y], robot[X], robot[Y]]
+        own[0] = 0.0
+        own[1] = tick.x
+        own[2] = tick.y
+        own[3] = robot.x
+        own[4] = robot.y
         return False
     own[0] += 1
-    if not steps_reach(own[0], context.person.time_step, seconds):
+    if not steps_reach(own[0], tick.time_step, seconds):
         return False
-    if occlusion and not context.sees(robot[X], robot[Y]):
+    if occlusion and not sees(tick, robot.x, robot.y):
         return False
-    own[:] = _WAITING.values()
-    context.notice(index)
+    _begin_anew(own)
+    tick.noticed = index
     return True
 
 
-def _nearest_ahead(context: TickContext, distance: float, margin: float) -> int:
+@jit_inline
+def _nearest_ahead(tick, distance, margin):
     """Returns the row of the nearest robot that has the person ahead, or -1."""
-    state = context.state
-    x, y, radius = state[X], state[Y], state[RADIUS]
     nearest, found = math.inf, -1
-    for i, robot in enumerate(context.robots):
-        rx, ry = x - robot[X], y - robot[Y]
-        body = robot[RADIUS] + radius
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        rx, ry = tick.x - robot.x, tick.y - robot.y
+        body = robot.radius + tick.radius
         # (Most robots are far away, most of the time.)
         reach = body + distance
         if rx > reach or ry > reach or -rx > reach or -ry > reach:

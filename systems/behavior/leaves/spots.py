@@ -1,16 +1,15 @@
-"""Finds room to let a robot pass: functions on numbers and walls.
+"""Finds room to let a robot pass: functions on numbers and walls; compiled.
 
-Walls are `Obstacles.table`, or None if there are none. A robot is given by its
-`Drive`. All numbers are in W, in meters and m/s.
+A robot is given by its `Drive`. All numbers are in W, in meters and m/s.
 """
 
 import math
 from typing import NamedTuple
 
+from hunav_drake.systems.behavior.leaves.pacing import STANDING, speed_of
 from hunav_drake.systems.behavior.leaves.robot_conditions import course
-from hunav_drake.systems.behavior.nodes.tick_context import Row
-from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.behavior.nodes.tick import human_at, walls_of
+from hunav_drake.systems.common.kernels import jit_inline
 from hunav_drake.systems.world.ray_cast import ray_cast
 
 # The distance along the robot's way in which people look for room; its steps.
@@ -73,28 +72,35 @@ class Drive(NamedTuple):
     speed: float
 
 
-def drive_of(robot: Row, state: Row) -> Drive:
-    """Returns the drive of a robot relative to a person; rows of states."""
+@jit_inline
+def drive_of(robot, body):
+    """Returns the drive of a robot relative to a person; rows of `STATE`."""
     hx, hy = course(robot)
-    rx, ry = state[X] - robot[X], state[Y] - robot[Y]
+    rx, ry = body.x - robot.x, body.y - robot.y
     return Drive(
         hx,
         hy,
         rx * hx + ry * hy,
         hx * ry - hy * rx,
-        robot[RADIUS] + state[RADIUS],
-        math.hypot(robot[VX], robot[VY]),
+        robot.radius + body.radius,
+        speed_of(robot),
     )
 
 
 class Spot(NamedTuple):
-    """A point to go back to, the spot aside from there, and its gap."""
+    """A point to go back to, the spot aside from there, and its gap.
+
+    Without a spot, the gap is minus infinity.
+    """
 
     back_x: float
     back_y: float
     x: float
     y: float
     gap: float
+
+
+NOWHERE = Spot(0.0, 0.0, 0.0, 0.0, -math.inf)
 
 
 class Wanted(NamedTuple):
@@ -113,45 +119,39 @@ class Wanted(NamedTuple):
     away: float
 
 
-def find_spot(
-    state: Row,
-    body: float,
-    drive: Drive,
-    wanted: Wanted,
-    others: list[tuple[float, float]],
-    walls: Array | None,
-) -> Spot | None:
-    """Returns the spot beside a robot's way to let it pass; None if nowhere.
+@jit_inline
+def find_spot(tick, drive, wanted):
+    """Returns the spot beside a robot's way to let it pass, if there is one.
 
     It is abreast of the person, or farther back along the way if that leaves
     more room: 0.1 m more of a gap is worth a meter. It is on the person's
     side, or on the other if that has more room and time is left to cross; if
     in doubt, on the robot's left, the right of a person who faces it. It is
-    not taken by others who stand. `body` is the radius of the body itself.
+    not taken by others who stand.
     """
-    x, y, radius = state[X], state[Y], state[RADIUS]
-    gap, least, pace, away = wanted
+    x, y = tick.x, tick.y
+    gap = wanted.gap
     hx, hy = drive.hx, drive.hy
     near = -1.0 if drive.beside < -_BESIDE else 1.0
-    least = min(least, gap) - _SLIGHT
-    best, spot = -math.inf, None
+    least = min(wanted.least, gap) - _SLIGHT
+    best, spot = -math.inf, NOWHERE
     back = 0.0
     while back <= _BACK:
-        if back and free_way(walls, x, y, hx, hy, back, body, 0.0) < back:
+        if back > 0 and free_way(tick, x, y, hx, hy, back, 0.0) < back:
             break
         px, py = x + back * hx, y + back * hy
         for side in (near, -near):
             way = max(drive.both + gap - side * drive.beside, 0.0)
-            if side != near and not _can_cross(drive, back, way, pace):
+            if side != near and not _can_cross(drive, back, way, wanted.pace):
                 continue
             nx, ny = -side * hy, side * hx
-            free = free_way(walls, px, py, nx, ny, way, body, radius)
+            free = free_way(tick, px, py, nx, ny, way, tick.radius)
             room = side * drive.beside + free - drive.both
             sx, sy = px + free * nx, py + free * ny
             if (
                 room < least
-                or math.hypot(sx - x, sy - y) < away
-                or _is_taken(sx, sy, body, others)
+                or math.hypot(sx - x, sy - y) < wanted.away
+                or _is_taken(tick, sx, sy)
             ):
                 continue
             worth = min(room, gap) - _PER_METER * back
@@ -165,7 +165,8 @@ def find_spot(
     return spot
 
 
-def _can_cross(drive: Drive, back: float, way: float, pace: float) -> bool:
+@jit_inline
+def _can_cross(drive, back, way, pace):
     """Returns whether a person can cross before a robot comes."""
     if drive.speed == 0:
         return True
@@ -173,85 +174,82 @@ def _can_cross(drive: Drive, back: float, way: float, pace: float) -> bool:
     return drive.along + back - driven > drive.both + _CROSSING
 
 
-def _is_taken(
-    x: float, y: float, body: float, others: list[tuple[float, float]]
-) -> bool:
-    """Returns whether somebody stands where a body is to stand."""
-    apart = 2 * body + _APART
-    return any(math.hypot(x - ox, y - oy) < apart for ox, oy in others)
+@jit_inline
+def _is_taken(tick, x, y):
+    """Returns whether another stands where the person is to stand."""
+    apart = 2 * tick.body_radius + _APART
+    for i in range(tick.num_humans):
+        it = human_at(tick, i)
+        stands = i != tick.index and speed_of(it) < STANDING
+        if stands and math.hypot(x - it.x, y - it.y) < apart:
+            return True
+    return False
 
 
-def free_way(
-    walls: Array | None,
-    x: float,
-    y: float,
-    dx: float,
-    dy: float,
-    way: float,
-    body: float,
-    beside: float,
-) -> float:
-    """Returns the length of a straight way that is free for a body, in meters.
+@jit_inline
+def free_way(tick, x, y, dx, dy, way, beside):
+    """Returns the length of a straight way that is free for the body, in m.
 
     It leads from (x, y) in the direction (dx, dy), a unit vector, over the
-    length `way`. `body` is the radius of the body, and `beside` must be free on
-    either side of its middle.
+    length `way`; `beside` must be free on either side of its middle.
     """
-    if walls is None or way <= 0:
-        return max(way, 0.0)
-    off = body + WALL_GAP
+    if way <= 0:
+        return 0.0
+    off = tick.body_radius + WALL_GAP
     reach = way + off
     free = way
-    for shift in (0.0, beside, -beside) if beside else (0.0,):
+    for shift in (0.0, beside, -beside):
         sx, sy = x - shift * dy, y + shift * dx
-        part = ray_cast(sx, sy, sx + reach * dx, sy + reach * dy, walls)
+        end_x, end_y = sx + reach * dx, sy + reach * dy
+        part = ray_cast(sx, sy, end_x, end_y, walls_of(tick))
         free = min(free, reach * part - off)
+        if beside == 0:
+            break
     return max(free, 0.0)
 
 
-def way_off(
-    state: Row, body: float, drive: Drive, walls: Array | None
-) -> tuple[float, float, float]:
+@jit_inline
+def way_off(tick, drive):
     """Returns a way off from a robot: a direction, and its free length.
 
     It is straight on along the robot's way; if that is blocked, to the side by
     the least angle; and if all are blocked, straight on as far as possible.
     """
     first = 1.0 if drive.beside >= 0 else -1.0
-    ways = []
+    straight = 0.0
     for k in range(7):
         # 0, and 30, 60 and 90 degrees to either side.
         turn = first * ((k + 1) // 2) * _TURN * (1.0 if k % 2 else -1.0)
         c, s = math.cos(turn), math.sin(turn)
         dx, dy = c * drive.hx - s * drive.hy, s * drive.hx + c * drive.hy
-        free = free_way(walls, state[X], state[Y], dx, dy, _SIGHT, body, body)
+        free = free_way(tick, tick.x, tick.y, dx, dy, _SIGHT, tick.body_radius)
         if free >= _FREE:
             return dx, dy, free
-        ways.append((dx, dy, free))
-    return ways[0]
+        if k == 0:
+            straight = free
+    return drive.hx, drive.hy, straight
 
 
-def way_past(
-    state: Row, body: float, drive: Drive, walls: Array | None
-) -> Spot | None:
-    """Returns the way past a robot that stands; None if bodies do not fit.
+@jit_inline
+def way_past(tick, drive):
+    """Returns the way past a robot that stands, if bodies fit.
 
     It leads to the wall, on the side with more room, and along it to behind
-    the robot. The arguments are those of `find_spot`.
+    the robot.
     """
     hx, hy = drive.hx, drive.hy
     behind = drive.along + drive.both + _BEHIND
-    radius = drive.both - state[RADIUS]
-    best, spot = SQUEEZE, None
+    radius = drive.both - tick.radius
+    best, spot = SQUEEZE, NOWHERE
     near = -1.0 if drive.beside < -_BESIDE else 1.0
     for side in (near, -near):
         way = max(drive.both + _LEAST_PAST - side * drive.beside, 0.0)
         nx, ny = -side * hy, side * hx
-        x, y = state[X], state[Y]
-        free = free_way(walls, x, y, nx, ny, way, body, 0.0)
-        room = side * drive.beside + free - radius - body
+        x, y = tick.x, tick.y
+        free = free_way(tick, x, y, nx, ny, way, 0.0)
+        room = side * drive.beside + free - radius - tick.body_radius
         x, y = x + free * nx, y + free * ny
-        far = free_way(walls, x, y, -hx, -hy, behind, body, 0.0)
+        far = free_way(tick, x, y, -hx, -hy, behind, 0.0)
         if room > best and far >= behind:
             best = room + _SLIGHT
             spot = Spot(x, y, x - behind * hx, y - behind * hy, room)

@@ -14,17 +14,30 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     speed_of,
     walk_at,
 )
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,
 )
-from hunav_drake.systems.behavior.nodes.tick_context import (
-    MAX_BEHAVIOR_STATUS,
-    TickContext,
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    SUCCESS,
+    NodeStatus,
 )
-from hunav_drake.systems.common.layout import RADIUS, Command, RobotRole, X, Y
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    goal_of,
+    has_goal,
+    human_at,
+    next_goal,
+    robot_at,
+    standing_of,
+)
+from hunav_drake.systems.behavior.nodes.tick_context import MAX_BEHAVIOR_STATUS
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.layout import RobotRole
 from hunav_drake.systems.common.schema import within
+from hunav_drake.systems.people.standing import bar_the_way
 
 # The distance beyond its radius at which HuNavSim takes a goal for reached, in
 # meters.
@@ -47,83 +60,80 @@ IGNORED = ("agent_id", "time_step", "id", "dt")
 BehaviorStatus = Annotated[int, within(0, MAX_BEHAVIOR_STATUS)]
 
 Role = Literal["pedestrian", "obstacle", "unseen"]
-ROLES = {
-    "pedestrian": float(RobotRole.PEDESTRIAN),
-    "obstacle": float(RobotRole.OBSTACLE),
-    "unseen": float(RobotRole.UNSEEN),
-}
+# The RobotRole of each of them, in this order.
+ROLES = (
+    float(RobotRole.PEDESTRIAN),
+    float(RobotRole.OBSTACLE),
+    float(RobotRole.UNSEEN),
+)
+UNSEEN = float(RobotRole.UNSEEN)
 
 
 @register_condition("IsGoalReached", ignored=IGNORED)
-def is_goal_reached(context: TickContext, *, shared: bool = True) -> bool:
+@jit
+def is_goal_reached(tick: Tick, shared: bool = True) -> bool:
     """Holds within 0.1 m of the goal's radius; never without a goal.
 
     If the goal is `shared`, it also holds where people who stand nearer to it
     are in the way: at most 0.4 m times the square root of their number outside
     of the radius.
     """
-    goal = context.goal
-    if goal is None:
+    if not has_goal(tick):
         return False
-    state = context.state
-    distance = math.hypot(goal[0] - state[X], goal[1] - state[Y])
-    if distance <= context.person.goal_radius + GOAL_MARGIN:
+    x, y = goal_of(tick)
+    distance = math.hypot(x - tick.x, y - tick.y)
+    if distance <= tick.reach + GOAL_MARGIN:
         return True
-    return shared and _is_taken(context, goal, distance)
+    return bool(shared) and _is_taken(tick, x, y, distance)
 
 
-def _is_taken(
-    context: TickContext, goal: tuple[float, float], distance: float
-) -> bool:
+@jit_inline
+def _is_taken(tick, x, y, distance):
     """Returns whether people who stand at a goal block the person's way."""
-    beyond = (distance - context.person.goal_radius) / _CROWDING
-    if beyond * beyond > context.num_humans - 1:
+    beyond = (distance - tick.reach) / _CROWDING
+    if beyond * beyond > tick.num_humans - 1:
         return False
-    state = context.state
-    return context.standing.bar_the_way(
-        (state[X], state[Y], state[RADIUS]),
-        *(goal, distance, _IN_THE_WAY, beyond * beyond),
+    return bar_the_way(
+        *(standing_of(tick), tick.x, tick.y, tick.radius),
+        *(x, y, distance, _IN_THE_WAY, beyond * beyond),
     )
 
 
 @register_action("UpdateGoal", ignored=IGNORED)
-def update_goal(context: TickContext) -> NodeStatus:
+@jit
+def update_goal(tick: Tick) -> NodeStatus:
     """Goes on to the next goal; fails if there is no current goal."""
-    return (
-        NodeStatus.SUCCESS if context.go_to_next_goal() else NodeStatus.FAILURE
-    )
+    return SUCCESS if next_goal(tick) else FAILURE
 
 
 @register_action("RegularNav", ignored=IGNORED)
+@jit
 def regular_nav(
-    context: TickContext,
-    *,
-    robot: Role = "pedestrian",
-    ignore_robot: bool = False,
-) -> None:
+    tick: Tick, robot: Role = "pedestrian", ignore_robot: bool = False
+) -> NodeStatus:
     """Walks to the current goal; `robot` is its role in the social forces.
 
     With `ignore_robot` robots are unseen, whatever `robot` is.
     """
-    role = ROLES["unseen" if ignore_robot else robot]
-    context.command[Command.ROBOT_ROLE] = role
+    tick.robot_role = UNSEEN if ignore_robot else ROLES[int(robot)]
+    return SUCCESS
 
 
 @register_action("SetBehaviorStatus", ignored=IGNORED)
-def set_behavior_status(
-    context: TickContext, *, status: BehaviorStatus = 1
-) -> None:
+@jit
+def set_behavior_status(tick: Tick, status: BehaviorStatus = 1) -> NodeStatus:
     """Sets the behavior status: the state of the person's reaction."""
-    context.behavior_status = status
+    tick.behavior_status = status
+    return SUCCESS
 
 
 @register_condition(
     "TimeExpiredCondition", memory={"seconds": 0.0}, ignored=(*IGNORED, "ts")
 )
+@jit
 def time_expired(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     seconds: Annotated[float, within(0, 1e9, "s")] = 1.0,
     only_once: bool = False,
 ) -> bool:
@@ -135,7 +145,7 @@ def time_expired(
     of 0.05 s are a little less than 40 s, and 600 of them a little more than
     30 s.
     """
-    passed = own[0] + context.person.time_step
+    passed = own[0] + tick.time_step
     if passed < seconds:
         own[0] = passed
         return False
@@ -147,9 +157,8 @@ def time_expired(
 @register_action(
     "KeepPlace", memory={"state": 0.0, "x": 0.0, "y": 0.0}, ignored=IGNORED
 )
-def keep_place(
-    context: TickContext, own: list[float], *, speed: PortSpeed = 0.6
-) -> NodeStatus:
+@jit
+def keep_place(tick: Tick, own: Array, speed: PortSpeed = 0.6) -> NodeStatus:
     """Walks back to the place where the person stood without a goal.
 
     The place is where a person without a goal came to rest while this was
@@ -157,38 +166,45 @@ def keep_place(
     a robot or another person is on the way. The action fails if there is
     nothing to do.
     """
-    state, command = context.state, context.command
-    if context.goal is not None:
+    if has_goal(tick):
         own[0] = 0.0
-        return NodeStatus.FAILURE
-    if not own[0]:
-        if speed_of(context) < STANDING:
-            own[:] = [1.0, state[X], state[Y]]
-        return NodeStatus.FAILURE
+        return FAILURE
+    if own[0] == 0:
+        if speed_of(tick) < STANDING:
+            own[0] = 1.0
+            own[1] = tick.x
+            own[2] = tick.y
+        return FAILURE
     x, y = own[1], own[2]
-    left = math.hypot(x - state[X], y - state[Y])
+    left = math.hypot(x - tick.x, y - tick.y)
     there = left <= (_BACK_AT if own[0] > 1 else _OFF)
-    if there or _is_blocked(context, x, y):
+    if there or _is_blocked(tick, x, y):
         own[0] = 1.0
-        return NodeStatus.FAILURE
+        return FAILURE
     own[0] = 2.0
-    head_for(context, x, y, _BACK_AT / 2)
-    walk_at(context, min(speed, command[Command.MAX_SPEED]))
-    return NodeStatus.SUCCESS
+    head_for(tick, x, y, _BACK_AT / 2)
+    walk_at(tick, min(speed, tick.max_speed), 0.0)
+    return SUCCESS
 
 
-def _is_blocked(context: TickContext, x: float, y: float) -> bool:
+@jit_inline
+def _is_blocked(tick, x, y):
     """Returns whether a robot or another person is on the way to a place."""
-    state, index = context.state, context.person.index
-    rows = context.robots + [
-        it for i, it in enumerate(context.humans) if i != index
-    ]
-    dx, dy = x - state[X], y - state[Y]
-    length = max(math.hypot(dx, dy), 1e-9)
-    for it in rows:
-        rx, ry = it[X] - state[X], it[Y] - state[Y]
-        part = min(max((rx * dx + ry * dy) / length**2, 0.0), 1.0)
-        near = math.hypot(rx - part * dx, ry - part * dy)
-        if near < state[RADIUS] + it[RADIUS] + _CLEAR:
+    for i in range(tick.num_robots):
+        if _is_on_way(tick, x, y, robot_at(tick, i)):
+            return True
+    for i in range(tick.num_humans):
+        if i != tick.index and _is_on_way(tick, x, y, human_at(tick, i)):
             return True
     return False
+
+
+@jit_inline
+def _is_on_way(tick, x, y, it):
+    """Returns whether a body is on the straight way to a place."""
+    dx, dy = x - tick.x, y - tick.y
+    length = max(math.hypot(dx, dy), 1e-9)
+    rx, ry = it.x - tick.x, it.y - tick.y
+    part = min(max((rx * dx + ry * dy) / length**2, 0.0), 1.0)
+    near = math.hypot(rx - part * dx, ry - part * dy)
+    return near < tick.radius + it.radius + _CLEAR

@@ -1,8 +1,9 @@
 """Actions of people who meet a robot: StandStill, PassBy, KeepOff."""
 
-import itertools
 import math
 from typing import Annotated
+
+import numpy as np
 
 from hunav_drake.systems.behavior.leaves.pacing import (
     AIM,
@@ -13,13 +14,16 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     come_to_rest,
     face,
     head_for,
+    speed_of,
     walk_at,
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import (
+    AHEAD,
+    BESIDE,
+    ROW,
     SLOW,
     Distance,
-    OnWay,
     before_goal,
     between,
     way,
@@ -32,12 +36,26 @@ from hunav_drake.systems.behavior.leaves.walking import (
     BehaviorStatus,
     Role,
 )
-from hunav_drake.systems.behavior.nodes.decorators import steps_reach
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
-from hunav_drake.systems.behavior.nodes.tick_context import Row, TickContext
-from hunav_drake.systems.common.layout import RADIUS, VX, VY, Command, X, Y
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    RUNNING,
+    SUCCESS,
+    NodeStatus,
+)
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    cast_ray,
+    goal_of,
+    has_goal,
+    robot_at,
+    robot_of,
+)
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.schema import within
+from hunav_drake.systems.common.sorting import stable_order
 
 # The gap between the body and a wall, in meters.
 _WALL_GAP = 0.15
@@ -63,10 +81,10 @@ _LEEWAY = 0.5
 
 
 @register_action("StandStill", memory={"ticks": 0.0}, ignored=IGNORED)
+@jit
 def stand_still(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     seconds: Annotated[float, within(0, 1e9, "s")] = 0.0,
     turn_rate: TurnRate = TURN_RATE,
     deceleration: Deceleration = 0.0,
@@ -78,16 +96,17 @@ def stand_still(
     `status`. The person slows down by `deceleration` at most, or stops at once
     if it is 0.
     """
-    come_to_rest(context, deceleration)
-    robot = context.robot
-    if robot is not None:
-        face(context, robot[X], robot[Y], turn_rate)
-    context.behavior_status = status
+    come_to_rest(tick, deceleration)
+    index = robot_of(tick)
+    if index >= 0:
+        robot = robot_at(tick, index)
+        face(tick, robot.x, robot.y, turn_rate)
+    tick.behavior_status = status
     own[0] += 1
-    if steps_reach(own[0], context.person.time_step, seconds):
+    if steps_reach(own[0], tick.time_step, seconds):
         own[0] = 0.0
-        return NodeStatus.SUCCESS
-    return NodeStatus.RUNNING
+        return SUCCESS
+    return RUNNING
 
 
 @register_action(
@@ -95,10 +114,10 @@ def stand_still(
     memory={"chosen": 0.0, "point x": 0.0, "point y": 0.0},
     ignored=IGNORED,
 )
+@jit
 def pass_by(
-    context: TickContext,
-    own: list[float],
-    *,
+    tick: Tick,
+    own: Array,
     distance: Distance,
     clearance: PortDistance = 1.0,
     gap: PortDistance = 0.0,
@@ -120,182 +139,189 @@ def pass_by(
     person and the goal, at most 0.5 m farther away than `distance`; its
     behavior status is `status`.
     """
-    state, command = context.state, context.command
-    clearance = between(context, clearance, gap)
+    clearance = between(tick, clearance, gap)
     # (A person who leaned on a wall cuts in no sooner than that.)
-    behind = clearance if room and own[0] else 0.0
-    robots = before_goal(context, distance + _LEEWAY, clearance, behind)
-    if not robots:
+    behind = clearance if room > 0 and own[0] != 0 else 0.0
+    robots = before_goal(tick, distance + _LEEWAY, clearance, behind)
+    if len(robots) == 0:
         own[0] = 0.0
-        return NodeStatus.SUCCESS
-    command[Command.ROBOT_ROLE] = ROLES[robot]
-    context.behavior_status = status
-    gx, gy = way(context)
+        return SUCCESS
+    tick.robot_role = ROLES[int(robot)]
+    tick.behavior_status = status
+    gx, gy = way(tick)
     usual = -_BESIDE
-    if own[0]:
-        usual = gx * (own[2] - state[Y]) - gy * (own[1] - state[X])
-    off = context.person.body_radius + WALL_GAP if room else state[RADIUS]
-    lane = _find_lane(context, robots, clearance, usual, off)
+    if own[0] != 0:
+        usual = gx * (own[2] - tick.y) - gy * (own[1] - tick.x)
+    off = tick.body_radius + WALL_GAP if room > 0 else tick.radius
+    lane = _find_lane(tick, robots, clearance, usual, off)
     # (Before the robot it may be narrower than beside it.)
     reach = abs(lane) + off
-    part = context.cast_ray(
-        state[X] - math.copysign(reach, lane) * gy,
-        state[Y] + math.copysign(reach, lane) * gx,
+    part = cast_ray(
+        tick,
+        tick,
+        tick.x - math.copysign(reach, lane) * gy,
+        tick.y + math.copysign(reach, lane) * gx,
     )
     free = max(reach * part - off, 0.0)
     lane = math.copysign(min(abs(lane), free), lane)
     ahead = _AHEAD
-    if room:
-        if _keeps_off(context, robots, lane, room):
-            return NodeStatus.RUNNING
-        wall = abs(lane) + state[RADIUS]
-        if (
-            context.cast_ray(
-                state[X] - math.copysign(wall, lane) * gy,
-                state[Y] + math.copysign(wall, lane) * gx,
-            )
-            <= 1
-        ):
+    if room > 0:
+        if _keeps_off(tick, robots, lane, room):
+            return RUNNING
+        wall = abs(lane) + tick.radius
+        part = cast_ray(
+            tick,
+            tick,
+            tick.x - math.copysign(wall, lane) * gy,
+            tick.y + math.copysign(wall, lane) * gx,
+        )
+        if part <= 1:
             ahead = min(max(abs(lane), AIM), _AHEAD)
-            command[Command.DESIRED_SPEED] = PRESSING
+            tick.desired_speed = PRESSING
     dx, dy = ahead * gx - lane * gy, ahead * gy + lane * gx
-    x, y = state[X] + dx, state[Y] + dy
+    x, y = tick.x + dx, tick.y + dy
     # (The way around a wall across leads to the goal itself.)
-    if context.cast_ray(x + state[RADIUS] * gx, y + state[RADIUS] * gy) > 1:
-        own[:] = [1.0, x, y]
-        head_for(context, x, y, 0.0)
-    return NodeStatus.RUNNING
+    end_x, end_y = x + tick.radius * gx, y + tick.radius * gy
+    if cast_ray(tick, tick, end_x, end_y) > 1:
+        own[0] = 1.0
+        own[1] = x
+        own[2] = y
+        head_for(tick, x, y, 0.0)
+    return RUNNING
 
 
 @register_action("KeepOff", ignored=IGNORED)
-def keep_off(context: TickContext, *, distance: Distance = 2.5) -> NodeStatus:
+@jit
+def keep_off(tick: Tick, distance: Distance = 2.5) -> NodeStatus:
     """Keeps off a robot right ahead on the way to the goal, or at the goal.
 
     The person comes no nearer to it than 0.5 m, body to body, and moves along
     with it. The action fails if no robot within `distance` makes the person
     slow down, or if the person is at the goal.
     """
-    goal, state = context.goal, context.state
-    if goal is None or (
-        math.hypot(goal[0] - state[X], goal[1] - state[Y])
-        <= context.person.goal_radius + GOAL_MARGIN
-    ):
-        return NodeStatus.FAILURE
-    most = context.command[Command.MAX_SPEED]
-    robots = before_goal(context, distance, 0.0)
-    _keeps_off(context, robots, 0.0, _KEEP_OFF)
-    held = context.command[Command.HOLD] != 0
-    slower = context.command[Command.MAX_SPEED] < most
-    return NodeStatus.SUCCESS if held or slower else NodeStatus.FAILURE
+    if not has_goal(tick):
+        return FAILURE
+    x, y = goal_of(tick)
+    if math.hypot(x - tick.x, y - tick.y) <= tick.reach + GOAL_MARGIN:
+        return FAILURE
+    most = tick.max_speed
+    robots = before_goal(tick, distance, 0.0, 0.0)
+    _keeps_off(tick, robots, 0.0, _KEEP_OFF)
+    is_slower = tick.hold != 0 or tick.max_speed < most
+    return SUCCESS if is_slower else FAILURE
 
 
-def _keeps_off(
-    context: TickContext, robots: list[OnWay], lane: float, room: float
-) -> bool:
+@jit_inline
+def _keeps_off(tick, robots, lane, room):
     """Stays off a robot that leaves no room to pass; returns whether it does.
 
     The lane is to the left of the way; 0 is straight on. `room` is the least
     gap between the bodies, in meters; 0.05 m is enough beside a robot that
     stands.
     """
-    body = context.person.body_radius
-    gx, gy = way(context)
+    body = tick.body_radius
+    gx, gy = way(tick)
     for it in robots:
-        row = context.robots[it.row]
-        both = body + row[RADIUS]
-        along = row[VX] * gx + row[VY] * gy
-        stands = math.hypot(row[VX], row[VY]) < SLOW
-        needed = min(room, SQUEEZE) if stands else room
-        is_free = abs(lane - it.beside) - both >= needed
-        if lane:
+        row = robot_at(tick, int(it[ROW]))
+        both = body + row.radius
+        along = row.vx * gx + row.vy * gy
+        needed = min(room, SQUEEZE) if speed_of(row) < SLOW else room
+        off = abs(lane - it[BESIDE]) - both
+        is_free = off >= needed
+        if lane != 0:
             # (A lane is not quite along the walls, which are asked, too.)
-            off = abs(lane - it.beside) - both
             is_free = off >= needed - _WORTH and _fits(
-                context, row, lane - it.beside, needed
+                tick, row, lane - it[BESIDE], needed
             )
-        if it.ahead <= 0 or is_free:
+        if it[AHEAD] <= 0 or is_free:
             continue
-        speed = along + (it.ahead - both - _KEEP_OFF)
+        speed = along + (it[AHEAD] - both - _KEEP_OFF)
         if speed <= 0:
-            come_to_rest(context, _BRAKING)
-        elif speed < context.command[Command.MAX_SPEED]:
-            walk_at(context, speed, _BRAKING)
+            come_to_rest(tick, _BRAKING)
+        elif speed < tick.max_speed:
+            walk_at(tick, speed, _BRAKING)
         return True
     return False
 
 
-def _fits(context: TickContext, robot: Row, side: float, room: float) -> bool:
+@jit_inline
+def _fits(tick, robot, side, room):
     """Returns whether a body fits between a robot and the wall beside it."""
-    gx, gy = way(context)
-    reach = 2 * context.person.body_radius + WALL_GAP + room + robot[RADIUS]
+    gx, gy = way(tick)
+    reach = 2 * tick.body_radius + WALL_GAP + room + robot.radius
     reach = math.copysign(reach, side)
-    x, y = robot[X] - reach * gy, robot[Y] + reach * gx
-    return context.cast_ray(x, y, robot) > 1
+    x, y = robot.x - reach * gy, robot.y + reach * gx
+    return cast_ray(tick, robot, x, y) > 1
 
 
-def _find_lane(
-    context: TickContext,
-    robots: list[OnWay],
-    clearance: float,
-    usual: float,
-    body: float,
-) -> float:
+@jit_inline
+def _find_lane(tick, robots, clearance, usual, body):
     """Returns the lane past robots: meters to the left of the way."""
-    blocking = [it.ahead for it in robots if abs(it.beside) < clearance]
-    if not blocking:
+    first = math.inf
+    for it in robots:
+        if abs(it[BESIDE]) < clearance:
+            first = min(first, it[AHEAD])
+    if first == math.inf:
         return 0.0
-    room, lane = _widest_lane(context, robots, clearance, usual, body)
+    room, lane = _widest_lane(tick, robots, clearance, usual, body)
     if room < clearance - _WORTH:
         # Not past all of them at once, but past those that are side by side.
-        first = min(blocking)
-        abreast = [it for it in robots if abs(it.ahead - first) < clearance]
-        _, lane = _widest_lane(context, abreast, clearance, usual, body)
+        abreast = robots[np.abs(robots[:, AHEAD] - first) < clearance]
+        _, lane = _widest_lane(tick, abreast, clearance, usual, body)
     return lane
 
 
-def _widest_lane(
-    context: TickContext,
-    robots: list[OnWay],
-    clearance: float,
-    usual: float,
-    body: float,
-) -> tuple[float, float]:
+@jit_inline
+def _widest_lane(tick, robots, clearance, usual, body):
     """Returns the room, up to `clearance`, and the lane with the most of it."""
-    beside = sorted(it.beside for it in robots)
-    left, left_gap = _wall_beside(context, robots, clearance, 1.0)
-    right, right_gap = _wall_beside(context, robots, clearance, -1.0)
+    count = len(robots)
+    beside = np.empty(count)
+    for i, place in enumerate(stable_order(robots[:, BESIDE].copy())):
+        beside[i] = robots[place, BESIDE]
+    left, left_gap = _wall_beside(tick, robots, clearance, 1.0)
+    right, right_gap = _wall_beside(tick, robots, clearance, -1.0)
     # Where two bodies hardly fit in, one touches the wall, on either side.
-    narrow = min(left_gap, right_gap) < 2 * (context.state[RADIUS] + _WALL_GAP)
-    off = body if narrow else context.state[RADIUS] + _WALL_GAP
-    left, right = max(left - off, beside[-1]), min(right + off, beside[0])
-    lanes = [
-        *(b - clearance for b in beside),
-        *(b + clearance for b in beside),
-        *((a + b) / 2 for a, b in itertools.pairwise(beside)),
-    ]
-    rooms = [
-        (min(clearance, *(abs(lane - b) for b in beside)), lane)
-        for lane in (min(max(lane, right), left) for lane in lanes)
-    ]
-    enough = max(rooms)[0] - _WORTH
-    return min(
-        (it for it in rooms if it[0] >= enough),
-        key=lambda it: abs(it[1] - usual),
-    )
+    narrow = min(left_gap, right_gap) < 2 * (tick.radius + _WALL_GAP)
+    off = body if narrow else tick.radius + _WALL_GAP
+    left = max(left - off, beside[count - 1])
+    right = min(right + off, beside[0])
+    lanes = np.empty((3 * count - 1, 2))
+    for i in range(count):
+        lanes[i, 1] = beside[i] - clearance
+        lanes[count + i, 1] = beside[i] + clearance
+        if i > 0:
+            lanes[2 * count + i - 1, 1] = (beside[i - 1] + beside[i]) / 2
+    enough = -math.inf
+    for it in lanes:
+        it[1] = min(max(it[1], right), left)
+        it[0] = clearance
+        for b in beside:
+            it[0] = min(it[0], abs(it[1] - b))
+        enough = max(enough, it[0] - _WORTH)
+    best = -1
+    for i in range(len(lanes)):
+        off = abs(lanes[i, 1] - usual)
+        if lanes[i, 0] >= enough and (
+            best < 0 or off < abs(lanes[best, 1] - usual)
+        ):
+            best = i
+    return lanes[best, 0], lanes[best, 1]
 
 
-def _wall_beside(
-    context: TickContext, robots: list[OnWay], clearance: float, side: float
-) -> tuple[float, float]:
+@jit_inline
+def _wall_beside(tick, robots, clearance, side):
     """Returns the lane of the wall beside robots on a side: 1 left, -1 right.
 
     After it comes the gap between it and the body of the nearest robot.
     """
-    gx, gy = way(context)
-    outermost = max(robots, key=lambda it: side * it.beside)
-    row = context.robots[outermost.row]
-    reach = clearance + context.state[RADIUS] + _WALL_GAP
-    wall = reach * context.cast_ray(
-        row[X] - side * reach * gy, row[Y] + side * reach * gx, row
+    gx, gy = way(tick)
+    outermost = 0
+    for i in range(1, len(robots)):
+        if side * robots[i, BESIDE] > side * robots[outermost, BESIDE]:
+            outermost = i
+    row = robot_at(tick, int(robots[outermost, ROW]))
+    reach = clearance + tick.radius + _WALL_GAP
+    wall = reach * cast_ray(
+        tick, row, row.x - side * reach * gy, row.y + side * reach * gx
     )
-    return outermost.beside + side * wall, wall - row[RADIUS]
+    return robots[outermost, BESIDE] + side * wall, wall - row.radius

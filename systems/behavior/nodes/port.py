@@ -5,11 +5,14 @@ variable: a blackboard entry in the tree's memory.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
+import math
+import sys
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from hunav_drake.systems.behavior.nodes.errors import Spot
+from hunav_drake.systems.common.schema import Within
 
 # The number of a blackboard entry that is not set. No literal is infinite, and
 # unlike NaN it is equal to itself, so that states compare.
@@ -62,6 +65,38 @@ class Port:
     def takes_any(self) -> bool:
         """Whether it takes any value that a blackboard entry can hold."""
         return self.annotation is Any
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The texts that it takes, if it is one of several."""
+        annotation = getattr(self.annotation, "__origin__", self.annotation)
+        literal = self.annotation if annotation is Literal else annotation
+        return get_args(literal) if get_origin(literal) is Literal else ()
+
+    def number(self, value: Any) -> float:
+        """Returns the number of a value for compiled code."""
+        return float(self.choices.index(value) if self.choices else value)
+
+    def bounds(self) -> tuple[float, float, bool]:
+        """Returns numbers that surely fit: the least and the largest.
+
+        After them comes whether they must be whole. Of texts none surely fits.
+        """
+        if self.base is str:
+            return 1.0, 0.0, False
+        if self.base is bool:
+            return 0.0, 1.0, True
+        low, high = -sys.float_info.max, sys.float_info.max
+        for rule in getattr(self.annotation, "__metadata__", ()):
+            if not isinstance(rule, Within):
+                return 1.0, 0.0, False
+            low = (
+                math.nextafter(rule.low, math.inf)
+                if rule.low_open
+                else rule.low
+            )
+            high = min(rule.high, high)
+        return low, high, self.base is int
 
     def parse(self, text: str, spot: Spot) -> Any:
         """Returns the value of an attribute's text."""

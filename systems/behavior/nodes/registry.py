@@ -23,20 +23,22 @@ import re
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from hunav_drake.systems.behavior.nodes.builtin_actions import BUILTIN_ACTIONS
-from hunav_drake.systems.behavior.nodes.decorators import DECORATORS
-from hunav_drake.systems.behavior.nodes.leaf import RUNNING_SLOT, build_leaf
+from hunav_drake.systems.behavior.nodes.compiled_leaf import CompiledLeaf
+from hunav_drake.systems.behavior.nodes.language_nodes import LANGUAGE_NODES
+from hunav_drake.systems.behavior.nodes.leaf import build_leaf
 from hunav_drake.systems.behavior.nodes.node import Category, NodeType
-from hunav_drake.systems.behavior.nodes.parallel_and_branches import (
-    PARALLEL_AND_BRANCHES,
+from hunav_drake.systems.behavior.nodes.operations import (
+    ACTION,
+    CONDITION,
+    PYTHON,
+    Operation,
 )
 from hunav_drake.systems.behavior.nodes.port import Port
-from hunav_drake.systems.behavior.nodes.sequence_and_fallback import SEQUENCES
+from hunav_drake.systems.behavior.nodes.program import RUNNING_SLOT
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_BUILTIN = (*SEQUENCES, *PARALLEL_AND_BRANCHES, *DECORATORS, *BUILTIN_ACTIONS)
-_TYPES: dict[str, NodeType] = {it.name: it for it in _BUILTIN}
+_TYPES: dict[str, NodeType] = {it.name: it for it in LANGUAGE_NODES}
 # All registered node types, read-only.
 NODE_TYPES: Mapping[str, NodeType] = MappingProxyType(_TYPES)
 
@@ -249,10 +251,16 @@ def make_leaf_type(
         include_extras=True,
     )
     fixed = leaf.keywords if isinstance(leaf, functools.partial) else {}
+    # (Compiled functions have no parameters by keyword only.)
+    is_compiled = hasattr(function, "py_func")
+    expected = 2 if memory else 1
     positional = 0
     ports = {}
     for parameter in inspect.signature(leaf).parameters.values():
         if parameter.name in fixed:
+            continue
+        if is_compiled and positional == expected:
+            ports[parameter.name] = _port(name, parameter, hints)
             continue
         match parameter.kind:
             case parameter.POSITIONAL_ONLY | parameter.POSITIONAL_OR_KEYWORD:
@@ -264,7 +272,6 @@ def make_leaf_type(
                     f"{name}: *{parameter.name} cannot be a port; name each"
                     " port"
                 )
-    expected = 2 if memory else 1
     if positional != expected:
         raise ValueError(
             f"{name}: the function must take {expected} positional"
@@ -278,16 +285,22 @@ def make_leaf_type(
         )
     if memory and category == "Action":
         memory = {RUNNING_SLOT: 0.0, **memory}
+    code = ACTION if category == "Action" else CONDITION
     return NodeType(
         name,
         category,
-        functools.partial(build_leaf, leaf),
+        Operation(code if is_compiled else PYTHON),
         (inspect.getdoc(original) or "").partition("\n")[0],
         ports=ports,
         ignored=ignored,
         slots=memory,
+        kept=() if category == "Action" else tuple(memory),
         source=f"{original.__module__}.{original.__qualname__}",
         function=function,
+        leaf=CompiledLeaf(function, len(ports), expected == 2)
+        if is_compiled
+        else None,
+        build=None if is_compiled else functools.partial(build_leaf, leaf),
     )
 
 

@@ -15,7 +15,6 @@ from hunav_drake.systems.common.layout import (
     Y,
 )
 from hunav_drake.systems.people.human_config import LARGEST_BODY, HumanConfig
-from hunav_drake.systems.people.standing import Standing
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.ray_cast import ray_cast
 
@@ -143,18 +142,18 @@ class TickContext:
             state 1.
         state: The person's own row of `human_states`.
         robots: The rows of `robot_states`.
-        standing: The people who stand.
+        noticed: The index in `robots` of the one that a condition has noticed
+            last in this tick, or -1.
     """
 
     __slots__ = (
         "_human_states",
         "_memory",
-        "_noticed",
         "behavior_status",
         "command",
+        "noticed",
         "person",
         "robots",
-        "standing",
         "state",
     )
 
@@ -164,7 +163,6 @@ class TickContext:
         memory: list[float],
         human_states: Array,
         robot_states: Array,
-        standing: Standing | None = None,
     ) -> None:
         """Constructs a TickContext.
 
@@ -173,9 +171,7 @@ class TickContext:
             memory: The memory of the tree; the tick changes it.
             human_states: Shape (7n,), see `common.layout`.
             robot_states: Shape (7m,), see `common.layout`.
-            standing: The people who stand, if somebody else needs them, too.
         """
-        self.standing = standing or Standing(human_states)
         self.person = person
         self.command = list(person.commands[int(memory[GOAL_INDEX])])
         self.behavior_status = 0
@@ -185,7 +181,20 @@ class TickContext:
         first = STATE_SIZE * person.index
         self.state: Row = human_states[first : first + STATE_SIZE].tolist()
         self.robots: list[Row] = _rows(robot_states)
-        self._noticed: Row | None = None
+        self.noticed = -1
+
+    def begin(
+        self,
+        memory: list[float],
+        command: list[float],
+        behavior_status: int,
+        noticed: int,
+    ) -> None:
+        """Takes what a leaf finds: what the nodes before it have written."""
+        self._memory = memory
+        self.command = list(command)
+        self.behavior_status = behavior_status
+        self.noticed = noticed
 
     @property
     def humans(self) -> list[Row]:
@@ -210,9 +219,9 @@ class TickContext:
         It is the one that a condition has noticed last in this tick; if none
         has, the nearest one.
         """
-        if self._noticed is not None:
-            return self._noticed
         robots = self.robots
+        if self.noticed >= 0:
+            return robots[self.noticed]
         if len(robots) < 2:
             return robots[0] if robots else None
         x, y = self.state[X], self.state[Y]
@@ -220,7 +229,7 @@ class TickContext:
 
     def notice(self, index: int) -> None:
         """Sets the robot to react to, by its index in `robots`."""
-        self._noticed = self.robots[index]
+        self.noticed = range(len(self.robots))[index]
 
     def sees(self, x: float, y: float) -> bool:
         """Returns whether nothing hides a point from this person.

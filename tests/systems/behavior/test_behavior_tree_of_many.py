@@ -70,7 +70,7 @@ def test_people_walk_bit_for_bit_as_with_systems_of_their_own(n, num_robots):
 
 
 def test_the_trees_of_many_people_are_one_system_unless_told_otherwise():
-    for n, separate, one in [(20, None, 0), (21, None, 1), (21, True, 0)]:
+    for n, separate, one in [(10, None, 0), (11, None, 1), (11, True, 0)]:
         humans = make_people_with_trees(
             n, separate_trees=separate
         ).GetSubsystemByName("humans")

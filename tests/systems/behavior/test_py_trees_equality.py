@@ -23,7 +23,8 @@ import py_trees
 import pytest
 
 from hunav_drake.systems.behavior import NodeStatus
-from hunav_drake.systems.behavior.nodes.node import Built, NodeType
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.operations import PYTHON, Operation
 from hunav_drake.systems.behavior.nodes.port import Port
 from tests.systems.behavior.ticks import ME, PERSON, as_xml, tree_of
 
@@ -41,14 +42,14 @@ THEIRS = {
 NAMES = {status.name: letter for letter, status in OURS.items()}
 
 
-def build_drawn(node, children):
+def build_drawn(node):
     results = node.constant("results")
 
-    def tick(memory, context):
+    def tick(context, memory):
         # The robot's position is the number of the tick.
         return OURS[results[int(context.robots[0][0])]]
 
-    return Built(tick)
+    return tick
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -56,9 +57,10 @@ def drawn(module_node_types):
     module_node_types["Drawn"] = NodeType(
         "Drawn",
         "Action",
-        build_drawn,
+        Operation(PYTHON),
         "Says what is drawn for the tick.",
         ports={"results": Port("results", str)},
+        build=build_drawn,
     )
 
 

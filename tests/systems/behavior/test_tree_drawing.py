@@ -79,23 +79,6 @@ def test_status_follows_the_state(dut):
     assert node_status(dut, context) == ticked
 
 
-def test_status_is_computed_only_when_asked_for(dut, monkeypatch):
-    calls = []
-    trace = type(TREE).trace
-    monkeypatch.setattr(
-        type(TREE),
-        "trace",
-        lambda *arguments: calls.append(1) or trace(*arguments),
-    )
-    simulator = Simulator(dut)
-    fix_states(dut, simulator.get_mutable_context(), NEAR)
-    simulator.AdvanceTo(1.0)
-    assert not calls
-    node_status(dut, simulator.get_context())
-    node_status(dut, simulator.get_context())
-    assert len(calls) == 1
-
-
 def test_asking_for_the_status_changes_nothing(dut):
     results = []
     for asks in (False, True):

@@ -12,10 +12,10 @@ from pydantic.dataclasses import dataclass, is_pydantic_dataclass
 import pytest
 
 import hunav_drake
-from hunav_drake.systems.behavior.nodes.node import NodeStatus
+from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.common.field_docs import class_doc, explain, field_docs
 from hunav_drake.systems.common.layout import Command, Contact, Hold, RobotRole
-from hunav_drake.systems.common.schema import CONFIG, Speed, _Within
+from hunav_drake.systems.common.schema import CONFIG, Speed, Within
 from hunav_drake.systems.evaluation.running_metrics import RunningMetric
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.systems.people.population_config import AgeBand
@@ -63,7 +63,7 @@ def _units(annotation):
     """Yields the units of the numbers that a type holds."""
     if get_origin(annotation) is Annotated:
         for part in annotation.__metadata__:
-            if isinstance(part, _Within) and part.unit:
+            if isinstance(part, Within) and part.unit:
                 yield part.unit
     for part in get_args(annotation):
         yield from _units(part)

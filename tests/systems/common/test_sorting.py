@@ -33,8 +33,8 @@ def test_a_heap_gives_those_between_two_keys_from_the_least_on(
     values, low, high
 ):
     keys = np.array(values, dtype=float)
-    heap = np.empty(len(keys), dtype=np.int64)
-    count = heap_between(float(low), float(high), keys, heap)
-    popped = [pop_least(keys, heap, k) for k in range(count, 0, -1)]
+    heap, places = np.empty((2, len(keys)), dtype=np.int64)
+    count = heap_between(float(low), float(high), keys, heap, places)
+    popped = [pop_least(keys, heap, places, k) for k in range(count, 0, -1)]
     ordered = stable_order(keys)
     assert popped == [i for i in ordered if low <= keys[i] < high]

@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
-from hunav_drake.systems.people.standing import Standing
+from hunav_drake.systems.people.standing import bar_the_way, find_standing
 
 GAP = 0.3
 
@@ -24,12 +24,16 @@ def bars(people, i, goal, least):
     return len(them) >= least and bool((near & ahead).any())
 
 
+def rows_of(people):
+    found = np.empty(3 * len(people))
+    count = find_standing(people.ravel(), found)
+    return found[: 3 * count].reshape(-1, 3)
+
+
 def barred(standing, people, i, goal, least):
     x, y, radius = people[i, [X, Y, RADIUS]]
     distance = math.dist((x, y), goal)
-    return standing.bar_the_way(
-        (x, y, radius), tuple(goal), distance, GAP, least
-    )
+    return bar_the_way(standing, x, y, radius, *goal, distance, GAP, least)
 
 
 def crowd(n, density, seed):
@@ -46,7 +50,7 @@ def test_a_crowd_bars_ways_as_its_people_do_one_by_one():
     found = 0
     for seed in range(20):
         people = crowd(60, 1.0, seed)
-        standing = Standing(people.ravel())
+        standing = rows_of(people)
         rng = np.random.default_rng(seed)
         for i in range(len(people)):
             goal, least = rng.uniform(0, 8, 2), rng.uniform(0, 12)
@@ -66,7 +70,7 @@ def test_people_on_a_grid_bar_ways_as_they_do_one_by_one(at, goal, least):
     people[:, :2] = np.array(at) / 2
     people[:, RADIUS] = 0.35
     goal = np.array(goal) / 2
-    standing = Standing(people.ravel())
+    standing = rows_of(people)
     for i in range(len(people)):
         assert barred(standing, people, i, goal, least) == bars(
             people, i, goal, least
@@ -74,5 +78,5 @@ def test_people_on_a_grid_bar_ways_as_they_do_one_by_one(at, goal, least):
 
 
 def test_nobody_bars_a_way():
-    standing = Standing(np.zeros(0))
-    assert not standing.bar_the_way((0, 0, 0.3), (1, 0), 1.0, GAP, 0.0)
+    nobody = rows_of(np.zeros((0, 7)))
+    assert not bar_the_way(nobody, 0, 0, 0.3, 1, 0, 1.0, GAP, 0.0)

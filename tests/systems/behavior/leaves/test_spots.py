@@ -15,9 +15,12 @@ from hunav_drake.systems.behavior.leaves.spots import (
     way_off,
     way_past,
 )
+from hunav_drake.systems.behavior.nodes.tick import STATE, TICK
 from hunav_drake.systems.world.obstacles import Obstacles
 
 BODY, DISC = 0.25, 0.35
+# What the addresses in ticks point to.
+KEPT = []
 
 
 def lines(segments, turn=0.0, mirror=False):
@@ -35,7 +38,8 @@ def moved(point, turn, mirror):
 def row(x, y, yaw=0.0, speed=0.0, turn=0.0, mirror=False):
     yaw = (-yaw if mirror else yaw) + turn
     velocity = (speed * math.cos(yaw), speed * math.sin(yaw))
-    return [*moved((x, y), turn, mirror), yaw, *velocity, 0.0, DISC]
+    numbers = (*moved((x, y), turn, mirror), yaw, *velocity, 0.0, DISC)
+    return np.array([numbers], STATE)[0]
 
 
 def corridor(width, end=None):
@@ -45,22 +49,43 @@ def corridor(width, end=None):
     return sides
 
 
+def tick_of(person, table, others=()):
+    """The tick of a person among walls and others, who stand."""
+    people = np.array([tuple(row(*it)) for it in others], STATE)
+    tick = np.zeros(1, TICK)[0]
+    for name in STATE.names:
+        tick[name] = person[name]
+    tick["index"] = -1
+    tick["body_radius"] = BODY
+    tick["num_humans"] = len(people)
+    for name, array in (("humans", people), ("walls", table)):
+        tick[name] = array.__array_interface__["data"][0]
+        KEPT.append(array)
+    tick["walls_size"] = len(table)
+    return tick
+
+
 def spot(person, robot, table, gap=0.3, least=0.1, away=0.0, others=()):
     drive = drive_of(robot, person)
     wanted = Wanted(gap, least, 1.2, away)
-    return find_spot(person, BODY, drive, wanted, list(others), table)
+    found = find_spot(tick_of(person, table, others), drive, wanted)
+    return found if found.gap > -math.inf else None
+
+
+def free(table, *line):
+    return free_way(tick_of(row(0.0, 0.0), table), *line)
 
 
 def test_free_way_ends_a_body_before_a_wall():
     table = lines([[(2.0, -1.0), (2.0, 1.0)]])
-    free = free_way(table, 0.0, 0.0, 1.0, 0.0, 9.0, BODY, 0.0)
-    assert free == pytest.approx(2.0 - BODY - WALL_GAP)
-    assert free_way(table, 0.0, 0.0, 1.0, 0.0, 0.5, BODY, 0.0) == 0.5
-    assert free_way(table, 0.0, 0.0, -1.0, 0.0, 9.0, BODY, 0.0) == 9.0
-    assert free_way(None, 0.0, 0.0, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
+    length = free(table, 0.0, 0.0, 1.0, 0.0, 9.0, 0.0)
+    assert length == pytest.approx(2.0 - BODY - WALL_GAP)
+    assert free(table, 0.0, 0.0, 1.0, 0.0, 0.5, 0.0) == 0.5
+    assert free(table, 0.0, 0.0, -1.0, 0.0, 9.0, 0.0) == 9.0
+    assert free(lines([]), 0.0, 0.0, 1.0, 0.0, 9.0, 0.0) == 9.0
     # Its side meets the wall's end.
-    assert free_way(table, 0.0, 1.2, 1.0, 0.0, 9.0, BODY, 0.0) == 9.0
-    assert free_way(table, 0.0, 1.2, 1.0, 0.0, 9.0, BODY, DISC) < 2.0
+    assert free(table, 0.0, 1.2, 1.0, 0.0, 9.0, 0.0) == 9.0
+    assert free(table, 0.0, 1.2, 1.0, 0.0, 9.0, DISC) < 2.0
 
 
 @pytest.mark.parametrize("width", [2.2, 2.3, 2.6, 4.0])
@@ -101,8 +126,8 @@ def test_nobody_crosses_close_before_a_robot():
 
 def test_spot_is_not_where_somebody_stands():
     robot = row(-4, 0, 0, 0.6)
-    assert spot(row(0, 0.2), robot, None).y > 0
-    other = spot(row(0, 0.2), robot, None, others=[(0.0, 1.0)])
+    assert spot(row(0, 0.2), robot, lines([])).y > 0
+    other = spot(row(0, 0.2), robot, lines([]), others=[(0.0, 1.0)])
     assert math.dist(other[2:4], (0.0, 1.0)) > 2 * BODY
 
 
@@ -133,11 +158,12 @@ def test_spots_turn_with_the_world(turn, mirror, y, width, speed):
 
 
 def way_off_of(person, robot, table):
-    return way_off(person, BODY, drive_of(robot, person), table)
+    return way_off(tick_of(person, table), drive_of(robot, person))
 
 
 def way_past_of(person, robot, table):
-    return way_past(person, BODY, drive_of(robot, person), table)
+    found = way_past(tick_of(person, table), drive_of(robot, person))
+    return found if found.gap > -math.inf else None
 
 
 def test_way_off_leads_straight_on_and_around_corners():

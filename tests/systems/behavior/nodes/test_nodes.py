@@ -12,8 +12,10 @@ import pytest
 
 from hunav_drake.systems.behavior import NodeStatus, ParseTree
 from hunav_drake.systems.behavior.nodes import registry
-from hunav_drake.systems.behavior.nodes.node import Built, NodeType
+from hunav_drake.systems.behavior.nodes.node import NodeType
+from hunav_drake.systems.behavior.nodes.operations import PYTHON, Operation
 from hunav_drake.systems.behavior.nodes.port import Port
+from hunav_drake.systems.behavior.nodes.program import RUNNING_SLOT
 from tests.systems.behavior.ticks import ME, PERSON, as_xml, traces, tree_of
 
 LETTERS = {
@@ -26,20 +28,16 @@ LETTERS = {
 NAMES = {status: letter for letter, status in LETTERS.items()}
 
 
-def build_script(node, children):
+def build_script(node):
     results = node.constant("results")
-    slot = node.slot("at")
+    slot = node.first + 1
 
-    def tick(memory, context):
+    def tick(context, memory):
         at = int(memory[slot])
-        memory[slot] = (at + 1) % len(results)
+        memory[slot] = float((at + 1) % len(results))
         return LETTERS[results[at]]
 
-    def halt(memory):
-        if results[int(memory[slot]) - 1] == "R":
-            memory[slot] = 0.0
-
-    return Built(tick, halt, may_skip="K" in results)
+    return tick
 
 
 @pytest.fixture(autouse=True)
@@ -47,10 +45,11 @@ def script(node_types):
     node_types["Script"] = NodeType(
         "Script",
         "Action",
-        build_script,
+        Operation(PYTHON),
         "Says what is written.",
         ports={"results": Port("results", str)},
-        slots={"at": 0.0},
+        slots={RUNNING_SLOT: 0.0, "at": 0.0},
+        build=build_script,
     )
 
 
@@ -419,3 +418,23 @@ def test_without_running_nodes_trees_are_logic(tree):
         if "SequenceWithMemory" in str(tree):
             break
         memory = outcome.memory
+
+
+def as_mixed_xml(tree, in_python):
+    """Returns logic in XML, some of whose leaves are in Python."""
+    if isinstance(tree, str):
+        compiled = {"S": "<AlwaysSuccess/>", "F": "<AlwaysFailure/>"}
+        next_one = in_python.pop() if in_python else False
+        return f'<Script results="{tree}"/>' if next_one else compiled[tree]
+    tag, children = tree
+    inner = "".join(as_mixed_xml(child, in_python) for child in children)
+    return f"<{tag}>{inner}</{tag}>"
+
+
+@given(logic_trees(3), st.lists(st.booleans(), max_size=30))
+def test_leaves_in_python_interrupt_the_walk_and_change_nothing(tree, drawn):
+    told = []
+    for in_python in ([], list(drawn)):
+        dut = tree_of(as_mixed_xml(tree, in_python))
+        told.append([statuses for _, statuses in traces(dut, 3)])
+    assert told[0] == told[1]

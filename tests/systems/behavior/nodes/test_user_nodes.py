@@ -17,7 +17,7 @@ from hunav_drake.systems.behavior import (
     register_action,
     register_condition,
 )
-from hunav_drake.systems.common.layout import YAW, Command, X
+from hunav_drake.systems.common.layout import YAW, Command, RobotRole, X
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.human_config import HumanConfig
 from tests.systems.behavior.ticks import ME, ROBOT, tick_near, tree_of
@@ -544,3 +544,44 @@ def test_what_is_right_passes(function):
         ' output_key="c"/></Sequence></ForceSuccess></Sequence>'
     )
     assert tick_near(tree_of(body)).node_status is NodeStatus.SUCCESS
+
+
+@pytest.mark.parametrize(
+    ("leaf", "entry", "expected"),
+    [
+        ('<SetBehaviorStatus status="{x}"/>', "7", 7),
+        ('<SetBehaviorStatus status="{x}"/>', "7.5", "status.*valid integer"),
+        ('<SetBehaviorStatus status="{x}"/>', "101", r"\[0, 100\], got 101"),
+        ('<RegularNav ignore_robot="{x}"/>', "true", RobotRole.UNSEEN),
+        ('<RegularNav ignore_robot="{x}"/>', "2", "ignore_robot.*boolean"),
+        ('<RegularNav robot="{x}"/>', "obstacle", RobotRole.OBSTACLE),
+        ('<RegularNav robot="{x}"/>', "wall", "robot.*'pedestrian'.*from {x}"),
+        (
+            '<Parallel success_count="{x}"><AlwaysSuccess/></Parallel>',
+            "2",
+            "success_count: must be at most 1, the number of children, got 2",
+        ),
+    ],
+)
+def test_compiled_leaf_gets_entries_that_fit_its_ports(leaf, entry, expected):
+    body = f'<SetBlackboard output_key="x" value="{entry}"/>{leaf}'
+    dut = tree_of(f"<Sequence>{body}</Sequence>")
+    if isinstance(expected, str):
+        with pytest.raises(BehaviorTreeError, match=expected):
+            tick_near(dut)
+        return
+    outcome = tick_near(dut)
+    role = outcome.command[Command.ROBOT_ROLE]
+    is_status = "Status" in leaf
+    assert (outcome.behavior_status if is_status else role) == expected
+
+
+def test_entry_that_a_compiled_leaf_needs_must_be_set():
+    body = (
+        '<Fallback><Inverter><AlwaysSuccess _onFailure="x := 1"/></Inverter>'
+        '<SetBehaviorStatus name="mark" status="{x}"/></Fallback>'
+    )
+    with pytest.raises(
+        BehaviorTreeError, match=r"<mark>: port status: nothing has set \{x\}"
+    ):
+        tick_near(tree_of(body))

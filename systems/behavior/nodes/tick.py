@@ -1,0 +1,168 @@
+"""The data of one tick of a person's tree, for compiled leaves.
+
+A compiled leaf takes a `Tick`, its own numbers if it remembers any, and its
+ports as numbers: a text of a Literal as its index, a boolean as 0 or 1.
+"""
+
+import math
+from typing import Any
+
+import numba
+import numpy as np
+
+from hunav_drake.systems.behavior.nodes.pointers import (
+    numbers_at,
+    record_at,
+    vector_at,
+)
+from hunav_drake.systems.common.kernels import jit_inline
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    STATE_FIELDS,
+    STATE_SIZE,
+    Command,
+)
+from hunav_drake.systems.world.ray_cast import ray_cast
+
+# Compiled code has a record of these fields. After the index of the person come
+# the row of `human_states`, in W, and the behavior status and the command, laid
+# out as `layout.Command`: before any leaf writes, it is to walk to the current
+# goal. Leaves write these two, and only read the rest. Arrays are addresses.
+_FIELDS = (
+    *("index", *STATE_FIELDS, "behavior_status"),
+    *(it.name.lower() for it in Command),
+    # The index of the current goal, and of the robot to react to, or -1.
+    *("goal", "noticed"),
+    # Rows of all people, and of all robots: `STATE`.
+    *("humans", "num_humans", "robots", "num_robots"),
+    # The person: see `Person`. Its commands for each goal, and for none.
+    *("commands", "num_goals", "cyclic", "reach", "body_radius", "time_step"),
+    *("walls", "walls_size", "hiding", "hiding_size"),
+    # The tree: see `Program`. Its memory and the status of its nodes.
+    *("rows", "num_rows", "slots", "ports", "numbers", "steps"),
+    *("halted", "num_halted", "memory", "statuses"),
+    # The person's part of the memory of all; the memory at the start, if people
+    # can be outside, else 0.
+    *("first_slot", "num_slots", "initial"),
+    # Numbers that last for the tick: of each node, of its ports, of scripts;
+    # for each robot one, for leaves; and rows of people who stand, see
+    # `find_standing`.
+    *("scratch", "values", "stack", "distances", "standing", "num_standing"),
+    # Where the walk was interrupted, and why: see `walk`.
+    *("person", "row", "slot", "code"),
+)
+# In a tick, the numbers before the state and before the command, and of all.
+STATE_AT, COMMAND_AT = 1, 1 + STATE_SIZE + 1
+TICK_SIZE = len(_FIELDS)
+_REAL = {
+    *_FIELDS[STATE_AT : COMMAND_AT + COMMAND_SIZE],
+    *("reach", "body_radius", "time_step"),
+}
+
+TICK = np.dtype(
+    [(it, np.float64 if it in _REAL else np.int64) for it in _FIELDS]
+)
+TICK_RECORD = numba.from_dtype(TICK)
+STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
+
+# A record of it, in compiled code.
+Tick = Any
+
+
+@jit_inline
+def human_at(tick, index):
+    """Returns the state of one of the people: a record `STATE`."""
+    return record_at(tick.humans, index, STATE)
+
+
+@jit_inline
+def robot_at(tick, index):
+    """Returns the state of one of the robots: a record `STATE`."""
+    return record_at(tick.robots, index, STATE)
+
+
+@jit_inline
+def command_to(tick, goal):
+    """Returns the command to walk to a goal: see `Person.commands`."""
+    return numbers_at(tick.commands + 8 * COMMAND_SIZE * goal)
+
+
+@jit_inline
+def has_goal(tick):
+    """Returns whether there is a goal to walk to."""
+    return tick.goal < tick.num_goals
+
+
+@jit_inline
+def goal_of(tick):
+    """Returns the current goal in W, in meters; there must be one."""
+    command = command_to(tick, tick.goal)
+    return command[0], command[1]
+
+
+@jit_inline
+def next_goal(tick):
+    """Goes on to the next goal, and makes it the goal of the command.
+
+    Returns whether there was a goal to drop.
+    """
+    if not has_goal(tick):
+        return False
+    tick.goal += 1
+    if tick.cyclic and tick.goal == tick.num_goals:
+        tick.goal = 0
+    command = command_to(tick, tick.goal)
+    tick.goal_x = command[0]
+    tick.goal_y = command[1]
+    tick.has_goal = command[3]
+    return True
+
+
+@jit_inline
+def robot_of(tick):
+    """Returns the index of the robot to react to; -1 if there are no robots.
+
+    It is the one that a condition has noticed last in this tick; if none has,
+    the nearest one.
+    """
+    if tick.noticed >= 0:
+        return tick.noticed
+    if tick.num_robots < 2:
+        return tick.num_robots - 1
+    found, nearest = -1, math.inf
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        away = math.hypot(robot.x - tick.x, robot.y - tick.y)
+        if away < nearest:
+            found, nearest = i, away
+    return found
+
+
+@jit_inline
+def standing_of(tick):
+    """Returns rows of the people who stand: see `find_standing`."""
+    rows = vector_at(tick.standing, 3 * tick.num_standing)
+    return rows.reshape((tick.num_standing, 3))
+
+
+@jit_inline
+def walls_of(tick):
+    """Returns `Obstacles.table` of what the person cannot walk through."""
+    return vector_at(tick.walls, tick.walls_size)
+
+
+@jit_inline
+def sees(tick, x, y):
+    """Returns whether nothing hides a point in W from the person."""
+    hiding = vector_at(tick.hiding, tick.hiding_size)
+    return ray_cast(tick.x, tick.y, x, y, hiding) > 1
+
+
+@jit_inline
+def cast_ray(tick, start, x, y):
+    """Casts a ray along the floor, from the center of a body to a point in W.
+
+    Returns the fraction of the ray at which it meets the first wall, in
+    [0, 1]; infinity if it meets none.
+    """
+    return ray_cast(start.x, start.y, x, y, walls_of(tick))

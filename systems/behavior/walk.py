@@ -1,0 +1,221 @@
+"""The trees of people, ready to be ticked together."""
+
+from collections.abc import Sequence
+import itertools
+from typing import Any
+
+import numpy as np
+
+from hunav_drake.systems.behavior.nodes.compiled_leaf import address_of
+from hunav_drake.systems.behavior.nodes.control_flow import IDLE, SCRATCH_SIZE
+from hunav_drake.systems.behavior.nodes.language_nodes import check_thresholds
+from hunav_drake.systems.behavior.nodes.pointers import MAX_PORTS
+from hunav_drake.systems.behavior.nodes.program import Program
+from hunav_drake.systems.behavior.nodes.scripts import (
+    COMPILE_LEAF,
+    READ_PORTS,
+    RUN_LEAF,
+    STACK_SIZE,
+)
+from hunav_drake.systems.behavior.nodes.tick import COMMAND_AT, TICK, TICK_SIZE
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    GOAL_INDEX,
+    Person,
+    TickContext,
+)
+from hunav_drake.systems.behavior.nodes.walk_kernel import PORTS_READ, walk
+from hunav_drake.systems.behavior.tick_checks import check_written
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.world.obstacles import Obstacles
+
+# Parts of a tick: what leaves write, goal and robot, and where it stopped.
+_WRITTEN = slice(COMMAND_AT - 1, COMMAND_AT + COMMAND_SIZE)
+_CHOICES = slice(_WRITTEN.stop, _WRITTEN.stop + 2)
+_PLACE = slice(TICK_SIZE - 4, TICK_SIZE - 1)
+_NO_WALLS = Obstacles.from_shapes([], solid=[]).table
+
+
+class Walk:
+    """The trees of people in one piece, ticked by one compiled call.
+
+    Attributes:
+        memory: The part of the result of a tick with the memories of all.
+        memories: The part of each person in that.
+        commands: The part with the commands of all: see `layout.Command`.
+        behavior_status: The part with everybody's behavior status.
+        node_status: The part with the status of all nodes.
+        node_statuses: The part of each person in that.
+    """
+
+    def __init__(
+        self,
+        programs: Sequence[Program],
+        people: Sequence[Person],
+        initials: Sequence[Array] | None = None,
+    ) -> None:
+        """Constructs a Walk.
+
+        Args:
+            programs: The tree of each person.
+            people: The people.
+            initials: For each, the memory while the person is outside; by
+                default, nobody can be outside: see `layout.OUTSIDE`.
+        """
+        self._programs = list(programs)
+        self._people = list(people)
+        self.memories = _slices([len(it.slots) for it in programs])
+        self.node_statuses = _slices([len(it.nodes) for it in programs])
+        deepest = max((len(it.nodes) for it in programs), default=0)
+        sizes = [
+            TICK_SIZE,
+            sum(len(it.slots) for it in programs),
+            COMMAND_SIZE * len(people),
+            len(people),
+            sum(len(it.nodes) for it in programs),
+            SCRATCH_SIZE * deepest,
+            MAX_PORTS,
+            STACK_SIZE,
+        ]
+        parts = _slices(sizes)
+        _, self.memory, self.commands, self.behavior_status, *rest = parts
+        self.node_status, scratch, values, stack = rest
+        self._values = values
+        self._size = sum(sizes)
+        # (What the addresses in the records point to.)
+        self._kept: list[Array] = []
+        self._ticks = np.zeros(len(people), TICK)
+        for i, tick in enumerate(self._ticks):
+            fields = {
+                **self._tree_fields(programs[i]),
+                **self._person_fields(people[i]),
+                "initial": self._address(initials[i]) if initials else 0,
+                "first_slot": self.memories[i].start,
+                "memory": 8 * (self.memory.start + self.memories[i].start),
+                "statuses": 8
+                * (self.node_status.start + self.node_statuses[i].start),
+                "scratch": 8 * scratch.start,
+                "values": 8 * values.start,
+                "stack": 8 * stack.start,
+                "distances": 8 * stack.stop,
+                "noticed": -1,
+            }
+            for name, value in fields.items():
+                tick[name] = value
+        self._at = self._address(self._ticks)
+
+    def _address(self, array: Any) -> int:
+        self._kept.append(array)
+        address: int = array.ctypes.data
+        return address
+
+    def _tree_fields(self, program: Program) -> dict[str, int]:
+        return {
+            "rows": self._address(program.rows),
+            "num_rows": len(program.nodes),
+            "slots": self._address(program.slots),
+            "num_slots": len(program.slots),
+            "ports": self._address(program.ports),
+            "numbers": self._address(program.numbers),
+            "steps": self._address(program.steps),
+            "halted": self._address(program.halted),
+            "num_halted": len(program.halted),
+        }
+
+    def _person_fields(self, person: Person) -> dict[str, float]:
+        walls = _NO_WALLS if person.walls is None else person.walls
+        hiding = _NO_WALLS if person.hiding is None else person.hiding
+        return {
+            "index": person.index,
+            "commands": self._address(np.array(person.commands, float)),
+            "num_goals": len(person.goals),
+            "cyclic": person.cyclic,
+            "reach": person.goal_radius,
+            "body_radius": person.body_radius,
+            "time_step": person.time_step,
+            "walls": self._address(walls),
+            "walls_size": len(walls),
+            "hiding": self._address(hiding),
+            "hiding_size": len(hiding),
+        }
+
+    def tick(self, memory: Array, humans: Array, robots: Array) -> Array:
+        """Ticks the trees once. The result depends on the arguments only.
+
+        Args:
+            memory: The memories of all people.
+            humans: Shape (7n,): see `common.layout`.
+            robots: Shape (7m,): see `common.layout`.
+
+        Returns:
+            The numbers whose parts are the attributes of this class.
+
+        Raises:
+            BehaviorTreeError: See `Tree.tick`.
+            TypeError: See `Tree.tick`.
+        """
+        numbers = len(robots) // STATE_SIZE + 3 * (len(humans) // STATE_SIZE)
+        work = np.empty(self._size + numbers)
+        arguments = (self._at, len(self._people), memory, humans, robots, work)
+        code = walk(*arguments, 0, -1, 0)
+        if not code:
+            return work
+        context = None
+        while code:
+            i, row, slot = work[_PLACE].view(np.int64).tolist()
+            if context is None or context.person is not self._people[i]:
+                context = TickContext(self._people[i], [0.0], humans, robots)
+            try:
+                status = self._interrupted(code, i, row, slot, work, context)
+            except Exception as error:
+                error.add_note(f"in the tree {self._programs[i].name!r}")
+                raise
+            code = walk(*arguments, i, row, status)
+        return work
+
+    def _interrupted(
+        self,
+        code: int,
+        person: int,
+        row: int,
+        slot: int,
+        work: Array,
+        context: TickContext,
+    ) -> int:
+        """Does what the walk was interrupted for; returns the node's status."""
+        program = self._programs[person]
+        node = program.nodes[row]
+        own = work[self.memory][self.memories[person]]
+        memory: list[float] = own.tolist()
+        if code == COMPILE_LEAF:
+            assert node.type.leaf is not None
+            program.rows[row]["leaf"] = address_of(node.type.leaf)
+            return IDLE
+        if code == READ_PORTS:
+            values = {name: node.read(name, memory) for name in node.ports}
+            check_thresholds(node, values)
+            ports = node.type.ports
+            numbers = [ports[it].number(value) for it, value in values.items()]
+            work[self._values][: len(numbers)] = numbers
+            return int(PORTS_READ)
+        if code != RUN_LEAF:
+            entry = program.names[slot].partition(" ")[0]
+            raise node.error(f"nothing has set {entry} yet")
+        status, *command = work[_WRITTEN].tolist()
+        before = (command, int(status))
+        choices = work[_CHOICES].view(np.int64)
+        memory[GOAL_INDEX], noticed = choices.tolist()
+        context.begin(memory, *before, noticed)
+        # (Numba takes long to see that a member of an enum is a number.)
+        result = int(program.leaves[row](context, memory))
+        check_written(node, context, memory, before)
+        work[_WRITTEN] = [context.behavior_status, *context.command]
+        choices[:] = memory[GOAL_INDEX], context.noticed
+        own[:] = memory
+        return result
+
+
+def _slices(lengths: Sequence[int]) -> list[slice]:
+    """Returns the slices of consecutive parts of these lengths."""
+    ends = itertools.accumulate(lengths, initial=0)
+    return [slice(begin, end) for begin, end in itertools.pairwise(ends)]
