@@ -110,15 +110,11 @@ class Walk:
         return address
 
     def _tree_fields(self, program: Program) -> dict[str, int]:
+        tables = ("rows", "slots", "ports", "numbers", "steps", "halted")
         return {
-            "rows": self._address(program.rows),
+            **{name: self._address(getattr(program, name)) for name in tables},
             "num_rows": len(program.nodes),
-            "slots": self._address(program.slots),
             "num_slots": len(program.slots),
-            "ports": self._address(program.ports),
-            "numbers": self._address(program.numbers),
-            "steps": self._address(program.steps),
-            "halted": self._address(program.halted),
             "num_halted": len(program.halted),
         }
 

@@ -76,7 +76,12 @@ def leaf_signature(record, ports, remembers):
         record: The type of the tick.
         ports: The number of ports.
         remembers: Whether it takes its own numbers.
+
+    Raises:
+        ValueError: If there are too many ports.
     """
+    if ports > MAX_PORTS:
+        raise ValueError(f"a leaf has at most {MAX_PORTS} ports, got {ports}")
     own = (NUMBERS,) if remembers else ()
     return int64(record, *own, *[float64] * ports)
 
