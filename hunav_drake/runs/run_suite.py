@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 import contextlib
+import gc
 import os
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -110,6 +111,10 @@ def RunSuite(
             executor = stack.enter_context(InlineExecutor())
         elif executor is None:
             executor = stack.enter_context(WorkerPool(workers, imports))
+        else:
+            # Its tasks may be threads, and a Meshcat that is collected in any
+            # but its own ends the process.
+            gc.collect()
         # If there is a log, runs are not kept in memory.
         rows = done if log is None else None
         done = RunTable()

@@ -23,6 +23,7 @@ import numba
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
+from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
 from numba.np.unsafe.ndarray import to_fixed_tuple
@@ -237,10 +238,12 @@ def _compiled_when_used(kernel, signature):
     call_template = kernel.get_call_template
 
     def fix():
-        if not kernel.overloads:
-            kernel.compile(signature)
-            # From now on, other types are refused, and numbers converted.
-            kernel.disable_compile()
+        # (One thread compiles, the others wait for it.)
+        with global_compiler_lock:
+            if not kernel.overloads:
+                kernel.compile(signature)
+                # From now on, other types are refused, and numbers converted.
+                kernel.disable_compile()
 
     def compile_for_args(*values, **_):
         # Numba asks for this at the first call from Python alone.

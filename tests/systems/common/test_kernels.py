@@ -1,9 +1,11 @@
 """Kernels of fixed types are compiled when they are used, and only so."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple, dataclass
 import pickle
 import subprocess
 import sys
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +42,18 @@ def test_it_is_compiled_at_the_first_call_once(scaled_sum):
     rows.flags.writeable = False
     assert scaled_sum(rows, 2.0) == 30.0
     assert len(scaled_sum.overloads) == 1
+
+
+def test_threads_that_need_it_at_once_wait_for_one(scaled_sum):
+    together = threading.Barrier(4)
+
+    def call(factor):
+        together.wait()
+        return scaled_sum(np.ones((2, 2)), factor)
+
+    with ThreadPoolExecutor(4) as executor:
+        found = list(executor.map(call, [1.0, 2.0, 3.0, 4.0]))
+    assert found == [4.0, 8.0, 12.0, 16.0]
 
 
 def test_views_of_unowned_arrays_are_of_the_same_numbers():
