@@ -172,6 +172,10 @@ def folder(tmp_path_factory):
         r'"""\n(.*?)"""', (ROOT / "docs/own_behavior.md").read_text(), re.S
     )
     (folder / "mine.xml").write_text(tree[1])
+    for name in ("zara01", "eth", "students003"):
+        write_tracks(folder / f"{name}.txt")
+    rows = [f"1 {k} {10 * k} 50 160" for k in range(60)]
+    (folder / "corridor.txt").write_text("\n".join(rows))
     assert cli.main(["run", "passing", "--out", f"{folder}/results"]) == 0
     (run,) = (folder / "results" / "runs").iterdir()
     shutil.copy(run / "recording.npz", folder / "recording.npz")
