@@ -82,7 +82,7 @@ def told_compile_time() -> Iterator[CompileTime]:
 
     def tell(measured: CompileTime) -> None:
         nonlocal told
-        text = "Compiling kernels (once, up to a minute) ..."
+        text = "Compiling kernels (once, a minute or two) ..."
         if not told:
             write(text, end="" if terminal else "\n")
         elif terminal:

@@ -136,7 +136,7 @@ def test_who_waits_for_kernels_is_told_so():
     )
     done = run_python(code)
     first, last = done.stderr.splitlines()
-    assert first == "Compiling kernels (once, up to a minute) ..."
+    assert first == "Compiling kernels (once, a minute or two) ..."
     assert re.fullmatch(r"Compiled \d+ kernels in \d+ s; they are.*", last)
 
 
