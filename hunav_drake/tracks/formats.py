@@ -9,6 +9,7 @@ import contextlib
 import csv
 import io
 import json
+import math
 from pathlib import Path
 import re
 import sqlite3
@@ -27,6 +28,8 @@ _PERIOD = 0.4
 _FILM = 25.0
 # Farther away, in meters, nobody walks.
 _FARTHEST = 1e6
+# Times are within that many seconds of 0.
+_LATEST = 1e9
 
 _UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 _RATE = re.compile(r"frame[ _-]*rate\D*?([\d.]+)", re.IGNORECASE)
@@ -107,8 +110,16 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
     if not len(rows.ids):
         raise ValueError("has no rows")
     for what, wrong, rule in (
-        ("person", rows.ids != np.round(rows.ids), "must be a whole number"),
-        ("time", ~np.isfinite(rows.times), "must be a number"),
+        (
+            "person",
+            ~((rows.ids == np.round(rows.ids)) & (np.abs(rows.ids) < 2.0**53)),
+            "must be a whole number below 2^53",
+        ),
+        (
+            "time",
+            ~(np.abs(rows.times) <= _LATEST),
+            f"must be a number of seconds up to {_LATEST:g}",
+        ),
         (
             "position",
             ~(np.abs(rows.positions) <= _FARTHEST).all(axis=1),
@@ -142,7 +153,7 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
         rows.times,
         rows.positions * _UNITS[options.unit or "m"],
         rows.yaws,
-        rows.walls,
+        [wall * _UNITS[options.unit or "m"] for wall in rows.walls],
     )
 
 
@@ -162,6 +173,8 @@ def find_format(path: Path) -> str:
     if "number of splines" in text:
         return "ucy_vsp"
     first = next((line for _, line in _rows_of(text)), "")
+    if not text.strip():
+        raise ValueError("has no rows")
     if text.lstrip().startswith("#") and _RATE.search(text):
         return "petrack"
     if re.search(r"\btime\b", first) and re.search(r"[,;\t]", first):
@@ -223,7 +236,7 @@ def _read_petrack(path: Path, options: Options) -> Rows:
         line for line in text.splitlines() if line.lstrip().startswith("#")
     )
     rate, unit = _RATE.search(header), _UNIT.search(header)
-    fps = options.fps or (float(rate[1]) if rate else None)
+    fps = options.fps or (_rate_of(rate[1]) if rate else None)
     if fps is None:
         raise ValueError(
             "names no frame rate in its header (# framerate: 25); give fps"
@@ -241,7 +254,7 @@ def _read_petrack(path: Path, options: Options) -> Rows:
 
 
 def _write_petrack(tracks: Tracks, options: Options) -> bytes:
-    fps = options.fps or 1 / tracks.period
+    fps = _fps_of(tracks, options)
     lines = [f"# framerate: {fps!r}", "# id frame x/m y/m z/m"]
     lines += [
         f"{id} {frame} {x!r} {y!r} 0.0"
@@ -273,9 +286,36 @@ def _frames(
 
 def _frame_times(frames: Array, options: Options) -> Array:
     """Returns the times of frames; by default, rows are 0.4 s apart."""
-    steps = np.diff(np.unique(frames))
-    step = float(np.bincount(steps.astype(int)).argmax()) if len(steps) else 1.0
-    return frames / (options.fps or max(step, 1.0) / _PERIOD)
+    values, counts = np.unique(np.diff(np.unique(frames)), return_counts=True)
+    step = float(values[np.argmax(counts)]) if len(values) else 1.0
+    return frames / (options.fps or step / _PERIOD)
+
+
+def _rate_of(text: str) -> float:
+    """Returns a rate in frames per second.
+
+    Raises:
+        ValueError: If it is no positive number.
+    """
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not 0 < rate < 1e6:
+        raise ValueError(
+            f"has the frame rate {shown(text)}, which must be a number of"
+            " frames per second in (0, 1e6); correct it, or give fps"
+        )
+    return rate
+
+
+def _fps_of(tracks: Tracks, options: Options) -> float:
+    """Returns the frames per second to write, by default one per row."""
+    if options.fps:
+        return options.fps
+    if math.isnan(tracks.period):
+        raise ValueError("nobody has two rows, so there is no rate; give fps")
+    return 1 / tracks.period
 
 
 def _read_eth(path: Path, options: Options) -> Rows:
@@ -410,7 +450,7 @@ def _read_trajnet(path: Path, options: Options) -> Rows:
 
 
 def _write_trajnet(tracks: Tracks, options: Options) -> bytes:
-    fps = options.fps or 1 / tracks.period
+    fps = _fps_of(tracks, options)
     rows = sorted(_frames(tracks, 1 / fps), key=lambda row: (row[1], row[0]))
     scene = {"id": 0, "p": rows[0][0], "s": rows[0][1], "e": rows[-1][1]}
     lines: list[Any] = [{"scene": {**scene, "fps": fps}}]
@@ -434,9 +474,9 @@ def _read_jupedsim(path: Path, options: Options) -> Rows:
             f"is not a database of JuPedSim that can be read: {error}; it has"
             " the tables metadata, trajectory_data and geometry"
         ) from error
-    fps = options.fps or float(told.get("fps") or 0.0)
-    if not fps:
+    if not options.fps and "fps" not in told:
         raise ValueError("names no fps in its metadata; give fps")
+    fps = options.fps or _rate_of(str(told["fps"]))
     try:
         rows = np.array(table, dtype=float).reshape(-1, 4)
     except (TypeError, ValueError) as error:
@@ -469,7 +509,7 @@ def _rings(text: str) -> Iterator[Array]:
 def _write_jupedsim(tracks: Tracks, options: Options) -> bytes:
     import shapely
 
-    fps = options.fps or 1 / tracks.period
+    fps = _fps_of(tracks, options)
     rows = [(f, id, x, y, 0.0, 0.0) for id, f, x, y in _frames(tracks, 1 / fps)]
     area = shapely.MultiPolygon([shapely.Polygon(it) for it in tracks.walls])
     with contextlib.closing(sqlite3.connect(":memory:")) as database:

@@ -75,6 +75,15 @@ def test_formats_without_a_rate_need_their_own_period(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_one_row_has_no_rate(tmp_path):
+    one = Tracks((Track(1, np.array([2.0]), np.zeros((1, 2))),))
+    for name in ("petrack", "jupedsim", "trajnet"):
+        with pytest.raises(ValueError, match="no rate; give fps"):
+            WriteTracks(one, tmp_path / "a", name)
+        WriteTracks(one, tmp_path / "a", name, fps=2.0)
+        assert ReadTracks(tmp_path / "a", name, fps=2.0).people[0].times == [2]
+
+
 def test_juelich_text_has_rate_and_unit_in_its_header(tmp_path):
     rows = "1\t10\t100.0\t50.0\t160\n1\t11\t108.0\t50.0\t160\n"
     header = "\ufeff# PeTrack project: a\n# framerate: 16 fps\n"
@@ -137,7 +146,17 @@ def damaged_cases():
     yield "ucy", ucy + "10 1 5 5\n", r"row 3: person 1 is at 0\.4 s in row 2"
     yield "ucy", ucy + "20 1 nan 0\n", "row 3: the position must be within"
     yield "ucy", ucy + "20 1.5 1 0\n", "row 3: the person must be a whole"
+    yield "ucy", ucy + "20 inf 1 0\n", "row 3: the person must be a whole"
+    yield "ucy", ucy + "20 1e30 1 0\n", "row 3: the person must be a whole"
+    yield "ucy", ucy + "1e300 1 1 0\n", "row 3: the time must be a number"
     yield "ucy", "", "has no rows"
+    yield "auto", "", "has no rows"
+    yield (
+        "petrack",
+        "# framerate: 0\n# x/m\n1 0 0 0\n",
+        "has the frame rate '0'",
+    )
+    yield "petrack", "# framerate: 1.2.3\n# x/m\n1 0 0 0\n", "'1.2.3', which"
     yield "eth", "0 1 0 0\n", "row 1: must be 8 numbers"
     yield "csv", "time,id,x\n", "row 1: must name the columns time, id, x, y"
     yield "csv", "time,id,x,y\n0,1,2\n", "row 2: must be 4 numbers"
