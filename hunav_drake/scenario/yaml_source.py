@@ -307,6 +307,9 @@ def _syntax_finding(error: Any, text: str) -> tuple[int, Finding]:
     if mark is None:
         return 1, Finding((), f"is not YAML: {shown(str(error))}")
     problem = getattr(error, "problem", None) or "cannot be read"
+    if "nesting depth" in problem:
+        # Newer builds of LibYAML limit it themselves, at 1000 levels.
+        return mark.line + 1, Finding((), _TOO_DEEP)
     context = getattr(error, "context", None)
     message = f"is not YAML: {problem}" + (f" {context}" if context else "")
     lines = text.splitlines()
