@@ -25,12 +25,12 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic, overload
-from numba.np.arrayobj import make_array
+from numba.np.arrayobj import make_array, populate_array
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
-_JIT = re.compile(rb"\bn?jit(_as|_with)?\b")
+_JIT = re.compile(rb"\b(n?jit(_as|_with)?|late_as)\b")
 _IMPORT = re.compile(rb"^ *from hunav_drake\.systems\.([\w.]+) import", re.M)
 
 
@@ -237,17 +237,18 @@ def _compiled_when_used(kernel, signature):
     """Restricts a dispatcher of numba to one signature, compiled later."""
     call_template = kernel.get_call_template
 
-    def fix():
+    def compiled():
         # (One thread compiles, the others wait for it.)
         with global_compiler_lock:
             if not kernel.overloads:
                 kernel.compile(signature)
                 # From now on, other types are refused, and numbers converted.
                 kernel.disable_compile()
+        return kernel.overloads[signature.args]
 
     def compile_for_args(*values, **_):
         # Numba asks for this at the first call from Python alone.
-        fix()
+        compiled()
         if len(values) != len(signature.args):
             raise TypeError(
                 f"{kernel.__name__} takes {len(signature.args)} arguments, got"
@@ -264,9 +265,11 @@ def _compiled_when_used(kernel, signature):
 
     def get_call_template(types, keywords):
         # Asked for when another kernel that calls this one is compiled.
-        fix()
+        compiled()
         return call_template(types, keywords)
 
+    kernel.signature = signature
+    kernel.compiled = compiled
     kernel._compile_for_args = compile_for_args
     kernel.get_call_template = get_call_template
     return kernel
@@ -300,6 +303,44 @@ def _fields_of(config):
     # Its name for a kernel that takes it and is read from disk.
     config.Numbers.__qualname__ = f"{config.__qualname__}.Numbers"
     return config.Numbers
+
+
+def rows_of(vector, width):
+    """Returns a vector as rows, an array (n, width), as `unowned` does.
+
+    (NumPy's reshape takes two seconds to compile.)
+    """
+    return vector.reshape(-1, width)
+
+
+@intrinsic
+def _rows_without_owner(typing_context, vector, width):
+    kind = vector.copy(ndim=2)
+
+    def generate(context, builder, signature, arguments):
+        given = make_array(vector)(context, builder, arguments[0])
+        view = make_array(kind)(context, builder)
+        count = builder.sdiv(given.nitems, arguments[1])
+        size = given.itemsize
+        populate_array(
+            view,
+            data=given.data,
+            shape=[count, arguments[1]],
+            strides=[builder.mul(size, arguments[1]), size],
+            itemsize=size,
+            meminfo=None,
+        )
+        return view._getvalue()
+
+    return kind(vector, numba.int64), generate
+
+
+@overload(rows_of)
+def _compiled_rows_of(vector, width):
+    def compiled(vector, width):
+        return _rows_without_owner(vector, width)
+
+    return compiled
 
 
 def unowned(array):

@@ -10,6 +10,7 @@ from hunav_drake.systems.common.kernels import (
     REAL,
     VECTOR,
     jit_as,
+    rows_of,
 )
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, VX, VY, X, Y
 from hunav_drake.systems.common.sorting import stable_order
@@ -41,7 +42,7 @@ def find_standing(states, found):
             found[3 * count + 2] = states[i + RADIUS]
             count += 1
     if count > 1:
-        rows = found[: 3 * count].copy().reshape((count, 3))
+        rows = rows_of(found, 3)[:count].copy()
         order = stable_order(rows[:, 0].copy())
         for k in range(count):
             for c in range(3):

@@ -7,7 +7,8 @@ import math
 
 import numba
 
-from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit_as
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import (
     CONTACT_GAP,
     CONTACT_PAUSE,
@@ -30,7 +31,7 @@ _ROWS = numba.float64[:, ::1]
 TRUTHS = numba.types.Array(numba.boolean, 1, "C", readonly=True)
 
 
-@jit_as(_ROWS, MATRIX, TRUTHS, MATRIX, VECTOR, MATRIX, REAL)
+@late_as(_ROWS, MATRIX, TRUTHS, MATRIX, VECTOR, MATRIX, REAL)
 def count_contacts(memory, touching, forces, gaps, closing, duration):
     """Returns the memory of contacts, rows of `MEMORY_SIZE`, after a step.
 

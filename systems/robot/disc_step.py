@@ -12,6 +12,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
     reads,
+    rows_of,
 )
 from hunav_drake.systems.common.layout import MOTION_SIZE, Contact, X, Y
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
@@ -110,7 +111,7 @@ def drive_disc(
         speed = lost_x * (after[0, X] - x) + lost_y * (after[0, Y] - y)
         speed /= max(math.hypot(lost_x, lost_y), 1e-12) * dt
         result[STATE_AND_LOST:] = count_contacts(
-            memory.reshape(1, -1),
+            rows_of(memory, len(memory)),
             np.array([stopped]),
             np.empty((0, 2)),
             np.array([gap]),

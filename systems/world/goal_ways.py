@@ -280,5 +280,6 @@ def _seen_from(v, clearance, graph, walls, room):
             return room[:count]
         if known:
             graph.counts[v] = count
-            graph.seen[v, :count] = room[:count]
+            for k in range(count):
+                graph.seen[v, k] = room[k]
     return graph.seen[v, :count]

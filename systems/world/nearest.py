@@ -17,6 +17,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
 )
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.sorting import stable_order
 from hunav_drake.systems.world.walls import distance2_to_box, opened, runs_in
 
@@ -209,7 +210,7 @@ def nearest_on_shapes(points, table):
     return nearest
 
 
-@jit_as(numba.float64[:, ::1], MATRIX, WALLS)
+@late_as(numba.float64[:, ::1], MATRIX, WALLS)
 def nearest_on_walls(points, table):
     """Returns the nearest points (m, 2) of all walls to points (m, 2).
 

@@ -9,14 +9,8 @@ import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    WALLS,
-    jit,
-    jit_as,
-    unowned,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, WALLS, jit, unowned
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import Command
 from hunav_drake.systems.common.sorting import heap_between, pop_least
 from hunav_drake.systems.world.goal_ways import (
@@ -161,7 +155,7 @@ def _waypoint(x, y, goal_x, goal_y, clearance, graph, goals, hidden, walls):
     return vertices[choice, 0], vertices[choice, 1]
 
 
-@jit_as(
+@late_as(
     float64[:, ::1],
     *(MATRIX, MATRIX, REAL, MATRIX, numba.int32[:, ::1], numba.int32[::1]),
     *(float64[:, ::1], numba.int64[::1], float64[:, ::1], numba.int8[:, ::1]),

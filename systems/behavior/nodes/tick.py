@@ -15,7 +15,7 @@ from hunav_drake.systems.behavior.nodes.pointers import (
     record_at,
     vector_at,
 )
-from hunav_drake.systems.common.kernels import jit_inline
+from hunav_drake.systems.common.kernels import jit_inline, rows_of
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     STATE_FIELDS,
@@ -141,8 +141,7 @@ def robot_of(tick):
 @jit_inline
 def standing_of(tick):
     """Returns rows of the people who stand: see `find_standing`."""
-    rows = vector_at(tick.standing, 3 * tick.num_standing)
-    return rows.reshape((tick.num_standing, 3))
+    return rows_of(vector_at(tick.standing, 3 * tick.num_standing), 3)
 
 
 @jit_inline

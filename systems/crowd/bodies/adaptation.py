@@ -21,6 +21,7 @@ from hunav_drake.systems.common.kernels import (
     WALLS,
     jit_as,
     reads,
+    rows_of,
 )
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
@@ -190,13 +191,13 @@ def _adapted(
     """
     p = _rules_in(rules)
     n = len(sizes)
-    states = states_of_all.reshape((n, MOTION_SIZE))
-    command = commands.reshape((n, COMMAND_SIZE))
-    robots = robot_states.reshape((len(robot_states) // STATE_SIZE, STATE_SIZE))
-    parameters = weights.reshape((n, NUM_PARAMETERS))
+    states = rows_of(states_of_all, MOTION_SIZE)
+    command = rows_of(commands, COMMAND_SIZE)
+    robots = rows_of(robot_states, STATE_SIZE)
+    parameters = rows_of(weights, NUM_PARAMETERS)
     wanted = command.copy()
     if not (is_within(states) and is_within(command) and is_within(robots)):
-        return wanted.reshape(wanted.size), np.empty((0, 2))
+        return wanted.ravel(), np.empty((0, 2))
     if p.planned != 0:
         led = guided(
             *(states, command, clearance, vertices, seen, counts),
@@ -211,7 +212,8 @@ def _adapted(
     if is_grouped(command):
         if p.parts != 0:
             groups = walking_groups(states, command, wanted)
-            wanted[:, Command.GROUP_ID] = groups
+            for i in range(n):
+                wanted[i, Command.GROUP_ID] = groups[i]
         if p.planned != 0:
             alone = parted(states, wanted, sizes[:, 0].copy(), table)
             for i in range(n):
@@ -231,4 +233,4 @@ def _adapted(
             *(states, sizes[:, 1].copy(), wanted, command, parameters),
             *(robots, felt, table, p.robot_gap),
         )
-    return wanted.reshape(wanted.size), felt
+    return wanted.ravel(), felt

@@ -3,10 +3,19 @@
 import math
 from typing import NamedTuple
 
-from numba import float64
+from numba import float64, int64
+from numba.types import NamedUniTuple, Tuple
 import numpy as np
 
-from hunav_drake.systems.common.kernels import INTEGER, MATRIX, jit, jit_as
+from hunav_drake.systems.common.kernels import (
+    CHANGED,
+    INTEGER,
+    MATRIX,
+    REAL,
+    WALLS,
+    jit_as,
+)
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.crowd.bodies.contacts import robot_touches
 from hunav_drake.systems.crowd.bodies.keep_apart import keep_apart
@@ -44,7 +53,12 @@ def for_each_robot(states, robots):
     return places
 
 
-@jit
+@late_as(
+    Tuple((float64[:, ::1], float64[:, ::1])),
+    *(MATRIX, CHANGED, MATRIX, MATRIX, CHANGED, MATRIX, MATRIX, WALLS),
+    NamedUniTuple(float64, len(Options._fields), Options),
+    *(REAL, INTEGER, int64[:, ::1], REAL),
+)
 def finish(
     before,
     after,

@@ -53,10 +53,11 @@ _rules_in = reads(Rules)
 
 @jit
 def _in_turn(rows, turns):
-    """Returns the rows of an array (n, ...) in the order of people's turns."""
+    """Returns the rows of an array (n, m) in the order of people's turns."""
     ordered = np.empty_like(rows)
     for k in range(len(turns)):
-        ordered[k] = rows[int(turns[k])]
+        for c in range(rows.shape[1]):
+            ordered[k, c] = rows[int(turns[k]), c]
     return ordered
 
 
@@ -65,7 +66,8 @@ def _in_order(rows, turns):
     """Returns the rows that `_in_turn` has ordered, as they were."""
     result = np.empty_like(rows)
     for k in range(len(turns)):
-        result[int(turns[k])] = rows[k]
+        for c in range(rows.shape[1]):
+            result[int(turns[k]), c] = rows[k, c]
     return result
 
 
@@ -89,7 +91,9 @@ def hunavsim_step(
     if not seen.holds:
         return np.empty(0)
     ordered = _in_turn(seen.states.copy(), turns)
-    radii = _in_turn(seen.radii, turns)
+    radii = np.empty(n)
+    for k in range(n):
+        radii[k] = seen.radii[int(turns[k])]
     command = _in_turn(seen.wanted, turns)
     parameters = _in_turn(seen.parameters.copy(), turns)
     felt = _in_turn(seen.felt, turns)

@@ -22,6 +22,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
 )
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
 from hunav_drake.systems.crowd.bodies.contacts import (
     DISTANCE,
@@ -170,11 +171,14 @@ def _longest(before, after):
     return longest
 
 
-@jit_as(
-    numba.boolean,
+# The types of the arguments of `keep_apart`.
+_ARGUMENTS = (
     *(MATRIX, CHANGED, MATRIX, MATRIX, MATRIX, WALLS, numba.boolean),
     *(numba.boolean, REAL, INTEGER, numba.int64[:, ::1], REAL, CHANGED),
 )
+
+
+@late_as(numba.boolean, *_ARGUMENTS)
 def keep_apart(
     before,
     after,
@@ -208,13 +212,42 @@ def keep_apart(
     but with all others. Returns whether anybody was moved.
     """
     bodies = sizes[:, 0].copy()
-    walls = opened(table)
     longest = _longest(before, after)
     if known < covered(longest + _SLACKS[0]):
         known = covered(longest + _SLACKS[0])
         pairs = near_pairs(before[:, X], before[:, Y], bodies + known)
     if not do_bodies_meet(after, bodies, robots, robots_stop, time_step, pairs):
         return False
+    _part(
+        *(before, after, sizes, command, robots, table, is_walled),
+        *(robots_stop, time_step, iterations, pairs, known, free, longest),
+    )
+    return True
+
+
+@late_as(numba.void, *_ARGUMENTS, REAL)
+def _part(
+    before,
+    after,
+    sizes,
+    command,
+    robots,
+    table,
+    is_walled,
+    robots_stop,
+    time_step,
+    iterations,
+    pairs,
+    known,
+    free,
+    longest,
+):
+    """Parts bodies that meet: see `keep_apart`.
+
+    `longest` is the largest displacement that is proposed, in meters.
+    """
+    walls = opened(table)
+    bodies = sizes[:, 0].copy()
     margins = sizes[:, 1].copy()
     proposed = after[:, : Y + 1].copy()
     for slack in _SLACKS:
@@ -263,4 +296,3 @@ def keep_apart(
             vy *= most / faster
         after[i, VX] = vx
         after[i, VY] = vy
-    return True

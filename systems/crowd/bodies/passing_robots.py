@@ -11,14 +11,8 @@ import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, WALLS, jit
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import (
     RADIUS,
     VX,
@@ -182,7 +176,7 @@ def _lane(rows, count, usual, left, right):
     return lane
 
 
-@jit_as(
+@late_as(
     numba.types.UniTuple(float64[:, ::1], 2),
     *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL),
 )

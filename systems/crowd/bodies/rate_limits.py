@@ -4,7 +4,8 @@ import math
 
 import numba
 
-from hunav_drake.systems.common.kernels import CHANGED, MATRIX, REAL, jit_as
+from hunav_drake.systems.common.kernels import CHANGED, MATRIX, REAL
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import OMEGA, VX, VY, YAW, Command, X, Y
 from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 
@@ -12,7 +13,7 @@ from hunav_drake.systems.crowd.social_force.compiled_forces import wrap
 _TURNING_SPEED = 0.2
 
 
-@jit_as(numba.void, MATRIX, CHANGED, MATRIX, REAL, REAL, REAL)
+@late_as(numba.void, MATRIX, CHANGED, MATRIX, REAL, REAL, REAL)
 def limit_rates(before, after, command, acceleration, turn_rate, time_step):
     """Limits the changes of velocities and headings; writes `after`.
 

@@ -4,13 +4,8 @@ import math
 
 import numba
 
-from hunav_drake.systems.common.kernels import (
-    CHANGED,
-    MATRIX,
-    REAL,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import CHANGED, MATRIX, REAL, jit
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import (
     GOAL_FORCE,
     OBSTACLE_FORCE,
@@ -108,7 +103,7 @@ def _stand(i, before, after, forces, command, stances, time_step):
         after[i, YAW] = before[i, YAW]
 
 
-@jit_as(numba.void, MATRIX, CHANGED, MATRIX, MATRIX, CHANGED, REAL)
+@late_as(numba.void, MATRIX, CHANGED, MATRIX, MATRIX, CHANGED, REAL)
 def stand(before, after, forces, command, stances, time_step):
     """Lets people stand, or come to rest; writes `after` and `stances`.
 

@@ -11,13 +11,8 @@ import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    VECTOR,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, VECTOR, WALLS, jit
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import Command, X, Y
 from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.crowd.bodies.time_gap import DOUBT, SLIM, SOFT
@@ -199,7 +194,7 @@ def _wait(state, ex, ey, body, epsilon, posts, wanted):
     wanted[Command.GROUP_ID] = -1.0
 
 
-@jit_as(
+@late_as(
     numba.types.UniTuple(float64[:, ::1], 2),
     *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, WALLS),
 )

@@ -12,6 +12,7 @@ from numba import float64
 import numpy as np
 
 from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import VX, VY, Command, X, Y
 from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.people.parameters import EPSILON
@@ -71,7 +72,10 @@ def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
             )
 
 
-@jit
+@late_as(
+    numba.types.Tuple((*(float64[:, ::1],) * 2, numba.int64[:, ::1], float64)),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL),
+)
 def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
     """Returns the result of `keep_time_gap`, and the pairs that it examined.
 

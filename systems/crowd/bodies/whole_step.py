@@ -19,7 +19,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
     reads,
-    unowned,
+    rows_of,
 )
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
@@ -109,11 +109,10 @@ def begin(states_of_all, commands, robot_states, weights, eased, sizes, p):
     The arguments are those of `whole_step`, and its `Numbers`.
     """
     n = len(sizes)
-    m = len(robot_states) // STATE_SIZE
-    states = unowned(states_of_all).reshape((n, MOTION_SIZE))
-    command = unowned(commands).reshape((n, COMMAND_SIZE))
-    robots = unowned(robot_states).reshape((m, STATE_SIZE))
-    parameters = unowned(weights).reshape((n, NUM_PARAMETERS))
+    states = rows_of(states_of_all, MOTION_SIZE)
+    command = rows_of(commands, COMMAND_SIZE)
+    robots = rows_of(robot_states, STATE_SIZE)
+    parameters = rows_of(weights, NUM_PARAMETERS)
     bodies = np.empty(n)
     radii = np.empty(n)
     felt = np.empty((n, 2))
@@ -132,7 +131,8 @@ def begin(states_of_all, commands, robot_states, weights, eased, sizes, p):
     holds = is_within(states) and is_within(command) and is_within(robots)
     if holds and len(eased) == 0 and p.parts != 0 and is_grouped(command):
         groups = walking_groups(states, command, command)
-        wanted[:, Command.GROUP_ID] = groups
+        for i in range(n):
+            wanted[i, Command.GROUP_ID] = groups[i]
     if holds and p.time_gap > 0:
         wanted, felt, pairs, known = follow(
             *(states, bodies, wanted, parameters, felt),
@@ -155,7 +155,7 @@ def end(begun, forces, after, stances, sizes, table, p):
             total += after[i, c]
     if not math.isfinite(total):
         return np.empty(0)
-    stance = stances.copy().reshape((len(after), STANCE_SIZE))
+    stance = rows_of(stances, STANCE_SIZE).copy()
     after, touches = finish(
         *(begun.states, after, forces, begun.wanted, stance, begun.robots),
         *(sizes, table),

@@ -7,18 +7,14 @@ is followed continuously until it meets a wall, and goes on along the wall.
 
 import math
 
-from numba import float64
+from numba import boolean, float64
+from numba.types import UniTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    VECTOR,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, WALLS, jit
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import VX, VY, X, Y
 from hunav_drake.systems.world.nearest import inside_any, nearest_on_segments
 from hunav_drake.systems.world.route_clearance import LARGEST_CLEARANCE
@@ -213,7 +209,17 @@ def _touches(x, y, to_x, to_y, margin, tolerance, walls):
     return stands, meets
 
 
-@jit_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, WALLS)
+@late_as(UniTuple(float64, 4), *(REAL,) * 8, boolean, WALLS)
+def _kept_out(x, y, dx, dy, vx, vy, margin, tolerance, stands, table):
+    """Returns position and velocity of one who stands in or meets a wall."""
+    walls = opened(table)
+    if stands:
+        free_x, free_y, _ = nearest_free(x, y, dx, dy, margin, walls)
+        return free_x, free_y, 0.0, 0.0
+    return _slide(x, y, dx, dy, vx, vy, margin, tolerance, walls)
+
+
+@late_as(float64[:, ::1], MATRIX, MATRIX, VECTOR, WALLS)
 def keep_out_of_walls(before, after, margins, table):
     """Returns the states of people after a step that enters no wall.
 
@@ -243,15 +249,12 @@ def keep_out_of_walls(before, after, margins, table):
         scale = abs(x) + abs(y) + abs(to_x) + abs(to_y)
         tolerance = 1e-12 + 1e-14 * scale
         stands, meets = _touches(x, y, to_x, to_y, margin, tolerance, walls)
-        if stands or inside_any(x, y, walls):
-            result[i, X], result[i, Y], _ = nearest_free(
-                x, y, to_x - x, to_y - y, margin, walls
-            )
-            result[i, VX] = 0.0
-            result[i, VY] = 0.0
-        elif meets:
-            result[i, X], result[i, Y], result[i, VX], result[i, VY] = _slide(
-                *(x, y, to_x - x, to_y - y, after[i, VX], after[i, VY]),
-                *(margin, tolerance, walls),
+        stands = stands or inside_any(x, y, walls)
+        if stands or meets:
+            result[i, X], result[i, Y], result[i, VX], result[i, VY] = (
+                _kept_out(
+                    *(x, y, to_x - x, to_y - y, after[i, VX], after[i, VY]),
+                    *(margin, tolerance, stands, table),
+                )
             )
     return result

@@ -13,13 +13,8 @@ import numba
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    VECTOR,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, VECTOR, WALLS, jit
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import Command, X, Y
 from hunav_drake.systems.crowd.walls.beside import (
     passage_width,
@@ -62,7 +57,7 @@ def is_grouped(command):
     return grouped
 
 
-@jit_as(float64[::1], MATRIX, MATRIX, MATRIX)
+@late_as(float64[::1], MATRIX, MATRIX, MATRIX)
 def walking_groups(positions, command, guided):
     """Returns the groups (n,) of people who walk together: >= 0, or -1 alone.
 
@@ -124,7 +119,7 @@ def walking_groups(positions, command, guided):
     return result
 
 
-@jit_as(numba.boolean[::1], MATRIX, MATRIX, VECTOR, WALLS)
+@late_as(numba.boolean[::1], MATRIX, MATRIX, VECTOR, WALLS)
 def parted(positions, command, radii, table):
     """Returns for each person (n,) whether walls separate it from its group.
 

@@ -10,14 +10,8 @@ import math
 
 from numba import float64
 
-from hunav_drake.systems.common.kernels import (
-    INTEGER,
-    MATRIX,
-    REAL,
-    WALLS,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import INTEGER, MATRIX, REAL, WALLS, jit
+from hunav_drake.systems.common.late import late_as
 from hunav_drake.systems.common.layout import Command, X, Y
 from hunav_drake.systems.crowd.walls.beside import (
     STEPS,
@@ -97,7 +91,7 @@ def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
     result[1] = factor
 
 
-@jit_as(
+@late_as(
     float64[:, ::1],
     *(MATRIX, MATRIX, MATRIX, MATRIX, REAL, REAL),
     *(WALLS, REAL, INTEGER),
