@@ -247,6 +247,7 @@ class SfwPlanner(NavigationPlanner):
             *(self, task, view, carrot, costmap),
             walls=not held,
             odometry_yaw=odometry_yaw,
+            every=False,
         )
         best = int(np.argmin(weighed.costs))
         if not math.isfinite(weighed.costs[best]):
@@ -320,13 +321,15 @@ def weigh(
     *,
     walls: bool = True,
     odometry_yaw: float = math.nan,
+    every: bool = True,
 ) -> Weighed:
     """Returns candidates and their costs, for inspection, too.
 
     `carrot` is the target point (x, y) on the plan; `velocities`, shape (m, 2),
     rows (v, omega), are the 44 candidates by default; `walls` is whether the
     forces of obstacles count; `odometry_yaw` is the direction of the robot's
-    velocity in the forces, in radians, NaN for its heading.
+    velocity in the forces, in radians, NaN for its heading. Unless `every`, a
+    candidate that costs more than the best has a part of its cost.
     """
     from hunav_drake.systems.planning.social.prediction import candidate_costs
 
@@ -345,6 +348,7 @@ def weigh(
         _points(planner, task, view) if walls else _NO_POINTS,
         *(costmap.costs, *costmap.origin, costmap.resolution),
         *(planner.setup(task).footprint, odometry_yaw, setup.p, setup.k),
+        every,
     )
     return Weighed(velocities, costs)
 
