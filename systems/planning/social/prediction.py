@@ -112,18 +112,12 @@ def _desired_force(x, y, vx, vy, gx, gy, goal_radius, speed, k):
 
 
 @jit
-def _social_force(i, x, y, vx, vy, k):
-    """Returns the social force of all others on agent i (0: the robot)."""
-    fx = 0.0
-    fy = 0.0
-    for j in range(len(x)):
-        if j != i:
-            gx, gy = pair_force(
-                x[j] - x[i], y[j] - y[i], vx[i] - vx[j], vy[i] - vy[j], k
-            )
-            fx += gx
-            fy += gy
-    return fx, fy
+def _force_between(agents, i, j, k):
+    """Returns the social force of agent j on agent i."""
+    return pair_force(
+        *(agents[0, j] - agents[0, i], agents[1, j] - agents[1, i]),
+        *(agents[2, i] - agents[2, j], agents[3, i] - agents[3, j], k),
+    )
 
 
 @jit
@@ -182,16 +176,28 @@ def _place_robot(agents, state, odometry_yaw):
 
 
 @jit
-def _move_people(now, then, goals, points, p, k):
-    """Predicts people one step on, and returns the force on the robot.
+def _forces_between_people(agents, forces, k):
+    """Writes the social force (x, y) of each person j on each i."""
+    for i in range(1, agents.shape[1]):
+        for j in range(1, agents.shape[1]):
+            if i != j:
+                forces[i, j] = _force_between(agents, i, j, k)
+
+
+@jit
+def _move_people(now, then, forces, goals, points, p, k):
+    """Predicts people one step on, with `forces` between them.
 
     `now` and `then` have rows x, y, vx, vy, and 1 once a goal is reached; the
-    first column is the robot's. The force is the sum of the magnitudes of the
-    forces of people and of obstacles.
+    first column is the robot's.
     """
     x, y, vx, vy, arrived = now[0], now[1], now[2], now[3], now[4]
     for i in range(1, len(x)):
-        fx, fy = _social_force(i, x, y, vx, vy, k)
+        fx, fy = _force_between(now, i, 0, k)
+        for j in range(1, len(x)):
+            if j != i:
+                fx += forces[i, j, 0]
+                fy += forces[i, j, 1]
         # People who have reached their goal have none from then on.
         reach = math.inf if arrived[i] != 0 else p.person_radius
         gx, gy = _desired_force(
@@ -211,24 +217,41 @@ def _move_people(now, then, goals, points, p, k):
         then[3, i] = new_vy
         left = math.hypot(goals[i, 0] - then[0, i], goals[i, 1] - then[1, i])
         then[4, i] = arrived[i] != 0 or left <= p.person_radius
-    fx, fy = _social_force(0, x, y, vx, vy, k)
-    wx, wy = _obstacle_force(x[0], y[0], p.sfm_robot_radius, points, k)
+
+
+@jit
+def _force_on_robot(agents, points, p, k):
+    """Returns the magnitudes of the forces of people and obstacles, added."""
+    fx = 0.0
+    fy = 0.0
+    for j in range(1, agents.shape[1]):
+        gx, gy = _force_between(agents, 0, j, k)
+        fx += gx
+        fy += gy
+    wx, wy = _obstacle_force(
+        agents[0, 0], agents[1, 0], p.sfm_robot_radius, points, k
+    )
     return math.sqrt(fx * fx + fy * fy) + math.sqrt(wx * wx + wy * wy)
 
 
 @jit
 def _force_on_people(agents, p, k):
     """Returns the sum of the robot's forces; infinite if it touches anybody."""
-    x, y, vx, vy = agents[0], agents[1], agents[2], agents[3]
     total = 0.0
-    for i in range(1, len(x)):
-        dx = x[0] - x[i]
-        dy = y[0] - y[i]
+    for i in range(1, agents.shape[1]):
+        dx = agents[0, 0] - agents[0, i]
+        dy = agents[1, 0] - agents[1, i]
         if dx * dx + dy * dy <= p.sfm_robot_radius * p.sfm_robot_radius:
             return math.inf
-        fx, fy = pair_force(dx, dy, vx[i] - vx[0], vy[i] - vy[0], k)
+        fx, fy = _force_between(agents, i, 0, k)
         total += math.sqrt(fx * fx + fy * fy)
     return total
+
+
+@jit
+def _is_beaten(c, cost, best, least):
+    """Returns whether a candidate of at least a cost is not the best."""
+    return cost > least or (cost == least and c > best)
 
 
 @jit
@@ -307,38 +330,50 @@ def candidate_costs(
         agents[0, 1, i + 1] = humans[i, Y]
         agents[0, 2, i + 1] = humans[i, VX]
         agents[0, 3, i + 1] = humans[i, VY]
+    forces = np.empty((steps, len(humans) + 1, len(humans) + 1, 2))
     on_robot = np.empty(steps)
     work = np.zeros(steps + 1)
-    # The last steps with known people, and with known work.
+    # The number of steps for which each is known.
+    felt = 0
+    paired = 0
     moved = 0
     worked = 0
     best = -1
     least = math.inf
     c, shared = _next_candidate(ways, -1, results, is_done)
     while c >= 0:
+        felt = min(felt, shared + 1)
+        paired = min(paired, shared + 2)
         moved = min(moved, shared + 1)
         worked = min(worked, shared)
         base = results[c]
         cost = base + p.social_weight * work[worked]
-        while worked < steps:
-            if not every and (cost > least or (cost == least and c > best)):
+        while worked < steps and (every or not _is_beaten(c, cost, best, least)):
+            now = agents[worked]
+            then = agents[worked + 1]
+            _place_robot(now, ways[c, worked], odometry_yaw)
+            if felt == worked:
+                on_robot[worked] = _force_on_robot(now, points, p, k)
+                felt += 1
+            cost = base + p.social_weight * (work[worked] + on_robot[worked])
+            if not every and _is_beaten(c, cost, best, least):
                 break
             if moved == worked:
-                _place_robot(agents[moved], ways[c, moved], odometry_yaw)
-                on_robot[moved] = _move_people(
-                    *(agents[moved], agents[moved + 1], goals, points, p, k)
-                )
+                if paired == worked:
+                    _forces_between_people(now, forces[worked], k)
+                    paired += 1
+                _move_people(now, then, forces[worked], goals, points, p, k)
                 moved += 1
-            _place_robot(agents[worked + 1], ways[c, worked + 1], odometry_yaw)
-            on_people = _force_on_people(agents[worked + 1], p, k)
+            _place_robot(then, ways[c, worked + 1], odometry_yaw)
+            on_people = _force_on_people(then, p, k)
             if on_people == math.inf:
                 cost = math.inf
                 break
+            work[worked + 1] = work[worked] + (on_robot[worked] + on_people)
             worked += 1
-            work[worked] = work[worked - 1] + (on_robot[worked - 1] + on_people)
             cost = base + p.social_weight * work[worked]
         results[c] = cost
-        if cost < least or (cost == least and c < best):
+        if not _is_beaten(c, cost, best, least):
             best = c
             least = cost
         is_done[c] = True
