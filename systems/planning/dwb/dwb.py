@@ -353,9 +353,7 @@ class DwbPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        weighed = _weigh(
-            self, task, view, local, costmap, memory, every=False
-        )
+        weighed = _weigh(self, task, view, local, costmap, memory, every=False)
         best, memory = weighed.best, weighed.memory
         if best < 0:
             return Control(0.0, 0.0, memory, _FAULTS[best])

@@ -21,9 +21,7 @@ from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 _FAR = 1 << 62
 
 
-@jit_as(
-    numba.int64[:, ::1], READ_CELLS, REAL, REAL, REAL, MATRIX, REAL, REAL
-)
+@jit_as(numba.int64[:, ::1], READ_CELLS, REAL, REAL, REAL, MATRIX, REAL, REAL)
 def path_cells(costs, ox, oy, resolution, plan, end_x, end_y):
     """Returns the cells of a plan: shape (2, k), columns (row, column).
 

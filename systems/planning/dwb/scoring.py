@@ -437,8 +437,10 @@ def score_samples(
     while True:
         place = bounds.argmin()
         bound = bounds[place]
-        if bound > least or bound == math.inf or (
-            bound == least and place > best
+        if (
+            bound > least
+            or bound == math.inf
+            or (bound == least and place > best)
         ):
             return best
         bounds[place] = math.inf

@@ -122,7 +122,7 @@ def _force_between(agents, i, j, k):
 
 @jit
 def _predict_robot(robot, v, omega, p, way):
-    """Writes the robot's rows (x, y, yaw, v, omega), the start and each step."""
+    """Writes rows (x, y, yaw, v, omega) of the robot: start and steps."""
     x, y, yaw, speed, turn = robot[0], robot[1], robot[2], robot[3], robot[4]
     for k in range(len(way)):
         way[k, 0] = x
@@ -348,7 +348,9 @@ def candidate_costs(
         worked = min(worked, shared)
         base = results[c]
         cost = base + p.social_weight * work[worked]
-        while worked < steps and (every or not _is_beaten(c, cost, best, least)):
+        while worked < steps and (
+            every or not _is_beaten(c, cost, best, least)
+        ):
             now = agents[worked]
             then = agents[worked + 1]
             _place_robot(now, ways[c, worked], odometry_yaw)
