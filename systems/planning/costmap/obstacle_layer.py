@@ -76,6 +76,7 @@ def person_discs(humans: Array, robot: Array, config: ObstacleLayer) -> Array:
     if not config.people_in_scan or not len(humans):
         return _NO_DISCS
     reach = config.marking_range + config.person_radius
-    return discs_near(
+    discs: Array = discs_near(
         np.ascontiguousarray(humans), *robot[:2], reach, config.person_radius
     )
+    return discs

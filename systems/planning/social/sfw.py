@@ -91,6 +91,9 @@ class Rules(NamedTuple):
     every: bool = True
 
 
+_ALL = Rules()
+
+
 class Weighed(NamedTuple):
     """The candidates of SFW in a cycle.
 
@@ -331,7 +334,7 @@ def weigh(
     carrot: tuple[float, float],
     costmap: Costmap,
     velocities: Array | None = None,
-    rules: Rules = Rules(),
+    rules: Rules = _ALL,
 ) -> Weighed:
     """Returns candidates and their costs, for inspection, too.
 
