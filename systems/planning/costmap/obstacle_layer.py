@@ -5,13 +5,16 @@ import math
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.planning.costmap.costmap_config import ObstacleLayer
 from hunav_drake.systems.planning.costmap.marks import Marks, moved
+from hunav_drake.systems.planning.costmap.raster import discs_near
 from hunav_drake.systems.planning.costmap.scan_kernel import clear_and_mark
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.maps.costs import FREE, Costs, Region
+
+_NO_DISCS: Array = np.zeros((0, 3))
+_NO_DISCS.setflags(write=False)
 
 
 def scan_ends(lidar: LidarConfig, scan: Array, robot: Array) -> Array:
@@ -71,10 +74,9 @@ def free_disc(costs: Costs, region: Region, disc: Array) -> None:
 def person_discs(humans: Array, robot: Array, config: ObstacleLayer) -> Array:
     """Returns the discs (x, y, radius) of the people to mark, shape (n, 3)."""
     if not config.people_in_scan or not len(humans):
-        return np.zeros((0, 3))
-    dx, dy = humans[:, X] - robot[X], humans[:, Y] - robot[Y]
+        return _NO_DISCS
     reach = config.marking_range + config.person_radius
-    near = (dx * dx + dy * dy < reach * reach).nonzero()[0]
-    discs = np.full((len(near), 3), config.person_radius)
-    discs[:, :2] = humans[:, : Y + 1][near]
+    discs: Array = discs_near(
+        np.ascontiguousarray(humans), *robot[:2], reach, config.person_radius
+    )
     return discs

@@ -17,6 +17,7 @@ from hunav_drake.systems.common.kernels import (
     jit,
     jit_as,
 )
+from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.world.walls import opened
 
 CELLS = numba.types.Array(numba.uint8, 2, "C")
@@ -122,6 +123,25 @@ def mark_walls(costs, ox, oy, resolution, table):
             )
 
 
+@jit_as(numba.float64[:, ::1], MATRIX, REAL, REAL, REAL, REAL)
+def discs_near(humans, x, y, reach, radius):
+    """Returns discs (x, y, radius) of the people nearer to (x, y) than reach.
+
+    `humans` are rows of `human_states`.
+    """
+    discs = np.empty((len(humans), 3))
+    count = 0
+    for i in range(len(humans)):
+        dx = humans[i, X] - x
+        dy = humans[i, Y] - y
+        if dx * dx + dy * dy < reach * reach:
+            discs[count, 0] = humans[i, X]
+            discs[count, 1] = humans[i, Y]
+            discs[count, 2] = radius
+            count += 1
+    return discs[:count].copy()
+
+
 @jit
 def _disc_runs(costs, disc, robot, ox, oy, resolution):
     """Returns runs (row, first column, last column) of the cells of a disc.
@@ -168,6 +188,13 @@ def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
     rows, columns = costs.shape
     reach = int(math.sqrt(len(graded) - 1 + 0.5))
     for d in range(len(discs)):
+        x, y, radius = discs[d, 0], discs[d, 1], discs[d, 2]
+        far = radius + (reach + 1) * resolution
+        if not (
+            -far < x - ox < columns * resolution + far
+            and -far < y - oy < rows * resolution + far
+        ):
+            continue
         runs = _disc_runs(costs, discs[d], robot, ox, oy, resolution)
         if len(runs) == 0:
             continue
@@ -175,22 +202,27 @@ def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
         right = min(runs[:, 2].max() + reach + 1, columns)
         if left >= right:
             continue
+        # The squared distances along rows of columns from runs, in cells.
+        aside = np.empty((len(runs), right - left), dtype=np.int32)
+        for r in range(len(runs)):
+            first = np.int32(runs[r, 1] - left)
+            last = np.int32(runs[r, 2] - left)
+            for k in range(aside.shape[1]):
+                at = np.int32(k)
+                dx = max(first - at, at - last, np.int32(0))
+                aside[r, k] = dx * dx
         squares = np.empty(right - left, dtype=np.int32)
         for row in range(
             max(runs[0, 0] - reach, 0), min(runs[-1, 0] + reach + 1, rows)
         ):
-            # The squared distances of a row from the disc, in cells.
+            # Those of a row of cells from the disc.
             squares[:] = len(graded)
             for r in range(len(runs)):
                 dy2 = np.int32((row - runs[r, 0]) ** 2)
                 if dy2 >= len(graded):
                     continue
-                first = np.int32(runs[r, 1] - left)
-                last = np.int32(runs[r, 2] - left)
                 for k in range(len(squares)):
-                    at = np.int32(k)
-                    dx = max(first - at, at - last, np.int32(0))
-                    squares[k] = min(squares[k], dx * dx + dy2)
+                    squares[k] = min(squares[k], np.int32(aside[r, k] + dy2))
             for k in range(len(squares)):
                 if squares[k] >= len(graded):
                     continue

@@ -353,7 +353,7 @@ class DwbPlanner(NavigationPlanner):
         memory: Any,
     ) -> Control:
         """Decides the command: see `NavigationPlanner.control`."""
-        weighed = _weigh(self, task, view, local, costmap, memory)
+        weighed = _weigh(self, task, view, local, costmap, memory, every=False)
         best, memory = weighed.best, weighed.memory
         if best < 0:
             return Control(0.0, 0.0, memory, _FAULTS[best])
@@ -456,7 +456,8 @@ def candidates(
     """
     from hunav_drake.systems.planning.dwb.scoring import roll_out
 
-    weighed = _weigh(planner, task, view, local, costmap, memory or DwbMemory())
+    memory = memory or DwbMemory()
+    weighed = _weigh(planner, task, view, local, costmap, memory, every=True)
     best, vs, ws, scores, _ = weighed
     if best == -2:
         raise ValueError(f"there are no candidates: {_FAULTS[best]}")
@@ -486,8 +487,10 @@ def _weigh(
     local: LocalPlan,
     costmap: Costmap,
     memory: DwbMemory,
+    *,
+    every: bool,
 ) -> Weighed:
-    """Returns the scored samples of one cycle."""
+    """Returns the samples of one cycle, and the scores of `every` one."""
     # Imported here, so that reading a scenario does not load numba.
     from hunav_drake.systems.planning.dwb.weighing import weigh_samples
 
@@ -512,7 +515,7 @@ def _weigh(
                 float(memory.theta.only),
             ]
         ),
-        *(planner.setup(task).footprint, dynamics(planner, task).values),
+        *(planner.setup(task).footprint, dynamics(planner, task).values, every),
     )
     return Weighed(best, vs, ws, scores, memory)
 

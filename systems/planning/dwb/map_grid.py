@@ -18,28 +18,26 @@ from hunav_drake.systems.common.kernels import (
 )
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
 
-_FAR = 1 << 20
+_FAR = 1 << 62
 
 
-@jit
-def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
-    """Marks the cells of a plan with 0 and returns the last one.
+@jit_as(numba.int64[:, ::1], READ_CELLS, REAL, REAL, REAL, MATRIX, REAL, REAL)
+def path_cells(costs, ox, oy, resolution, plan, end_x, end_y):
+    """Returns the cells of a plan: shape (2, k), columns (row, column).
 
     They range from the first known cell on the map to where the plan leaves the
-    map; (-1, -1) if there is none. The last pose of the plan is moved to
-    (end_x, end_y). `distances` of shape (0, 0) is not written.
+    map; there may be none. The last pose of the plan is moved to (end_x,
+    end_y).
     """
     rows, columns = costs.shape
-    marks = distances.size > 0
-    last_row = -1
-    last_column = -1
-    count = len(plan)
+    cells = np.empty((2, 64), dtype=np.int64)
+    size = 0
     x0 = 0.0
     y0 = 0.0
-    for k in range(count):
+    for k in range(len(plan)):
         x1 = plan[k, 0]
         y1 = plan[k, 1]
-        if k == count - 1:
+        if k == len(plan) - 1:
             x1 = end_x
             y1 = end_y
         steps = 1
@@ -59,54 +57,29 @@ def mark_plan(costs, ox, oy, resolution, plan, end_x, end_y, distances):
             if known:
                 known = costs[row, column] != 255
             if known:
-                if marks:
-                    distances[row, column] = 0
-                last_row = row
-                last_column = column
-            elif last_row >= 0:
-                return last_row, last_column
+                if size == cells.shape[1]:
+                    cells = np.concatenate((cells, cells), axis=1)
+                cells[0, size] = row
+                cells[1, size] = column
+                size += 1
+            elif size > 0:
+                return cells[:, :size].copy()
         x0 = x1
         y0 = y1
-    return last_row, last_column
+    return cells[:, :size].copy()
 
 
-@jit_as(
-    numba.types.Tuple(
-        (numba.int32[:, ::1], numba.types.UniTuple(numba.int64, 2))
-    ),
-    *(READ_CELLS, REAL, REAL, REAL, MATRIX),
-)
-def path_distances(costs, ox, oy, resolution, plan):
-    """Returns the distances of cells from a plan, and its last cell.
+@jit
+def distance_from(cells, row, column):
+    """Returns the distance of a cell from the nearest of `path_cells`.
 
-    The distances are Manhattan distances to the nearest cell of the plan, rows
-    (x, y, yaw), in cells, shape (rows, columns). The last cell is (row,
-    column), or (-1, -1) if no part of the plan is on the map.
+    It is the Manhattan distance, in cells.
     """
-    rows, columns = costs.shape
-    result = np.full((rows, columns), _FAR, dtype=np.int32)
-    last = mark_plan(
-        *(costs, ox, oy, resolution, plan), *(plan[-1, 0], plan[-1, 1], result)
-    )
-    # First along the rows of the plan, then along all columns.
-    for i in range(rows):
-        near = np.int32(_FAR)
-        for j in range(columns):
-            near = min(near + 1, result[i, j])
-            result[i, j] = near
-        if near >= _FAR:
-            result[i, :] = _FAR
-            continue
-        for j in range(columns - 1, -1, -1):
-            near = min(near + 1, result[i, j])
-            result[i, j] = near
-    for i in range(1, rows):
-        for j in range(columns):
-            result[i, j] = min(result[i, j], result[i - 1, j] + 1)
-    for i in range(rows - 2, -1, -1):
-        for j in range(columns):
-            result[i, j] = min(result[i, j], result[i + 1, j] + 1)
-    return result, last
+    nearest = _FAR
+    for k in range(cells.shape[1]):
+        away = abs(cells[0, k] - row) + abs(cells[1, k] - column)
+        nearest = min(nearest, away)
+    return nearest
 
 
 @jit_as(

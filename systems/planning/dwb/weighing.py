@@ -13,7 +13,7 @@ from hunav_drake.systems.common.kernels import (
     jit_as,
 )
 from hunav_drake.systems.planning.costmap.raster import READ_CELLS
-from hunav_drake.systems.planning.dwb.map_grid import mark_plan, path_distances
+from hunav_drake.systems.planning.dwb.map_grid import path_cells
 from hunav_drake.systems.planning.dwb.scoring import (
     Critic,
     Latches,
@@ -61,24 +61,33 @@ def velocity_samples(now, low, high, rise, fall, count, time):
         )
     ),
     *(VECTOR, VECTOR, MATRIX, READ_CELLS, REAL, REAL, REAL),
-    *(VECTOR, MATRIX, VECTOR),
+    *(VECTOR, MATRIX, VECTOR, numba.boolean),
 )
 def weigh_samples(
-    state, goal, plan, costs, ox, oy, resolution, latches, polygon, parameters
+    state,
+    goal,
+    plan,
+    costs,
+    ox,
+    oy,
+    resolution,
+    latches,
+    polygon,
+    parameters,
+    every,
 ):
     """Samples velocities and scores them: see `score_samples`.
 
     `goal` is the end (x, y, yaw) of the global plan; `plan` the local plan,
     shape (k, 3), k > 0. `latches` are the mode of RotateToGoal (0 off, 1 slow
     down, 2 turn), and the signs that Oscillation allows for v and for w (0 for
-    both).
+    both). `every` is whether to finish all scores.
 
     Returns:
         The row of the best (-1 if all are rejected, -2 if the plan is not on
         the map), the samples of v and of w, and the scores.
     """
     p = parameters_in(parameters)
-    distances, last = path_distances(costs, ox, oy, resolution, plan)
     vs = velocity_samples(
         *(state[3], p.low, p.high, p.acc_lim_x, p.decel_lim_x),
         *(int(p.speeds), p.reach_time),
@@ -87,32 +96,31 @@ def weigh_samples(
         *(state[4], -p.turn, p.turn, p.acc_lim_theta, p.decel_lim_theta),
         *(int(p.turns), p.reach_time),
     )
-    scores = np.empty((len(vs) * len(ws), _COLUMNS))
-    if last[0] < 0:
-        scores[:] = math.inf
+    scores = np.full((len(vs) * len(ws), _COLUMNS), math.inf)
+    end_x = plan[-1, 0]
+    end_y = plan[-1, 1]
+    cells = path_cells(costs, ox, oy, resolution, plan, end_x, end_y)
+    if cells.shape[1] == 0:
         return -2, vs, ws, scores
     dx = goal[0] - state[0]
     dy = goal[1] - state[1]
     far = math.hypot(dx, dy)
     ahead = p.forward_point_distance
-    end_x = plan[-1, 0]
-    end_y = plan[-1, 1]
     if far > 0:
         end_x += ahead * dx / far
         end_y += ahead * dy / far
-    aligned = mark_plan(
-        *(costs, ox, oy, resolution, plan, end_x, end_y),
-        np.empty((0, 0), dtype=np.int32),
-    )
+    aligned = path_cells(costs, ox, oy, resolution, plan, end_x, end_y)
+    if aligned.shape[1] == 0:
+        aligned = np.full((2, 1), -1)
     targets = Targets(
-        *(float(last[0]), float(last[1])),
-        *(float(aligned[0]), float(aligned[1])),
+        *(float(cells[0, -1]), float(cells[1, -1])),
+        *(float(aligned[0, -1]), float(aligned[1, -1])),
         goal[2],
     )
     # PathAlign is off at the goal.
     switches = Latches(int(latches[0]), latches[1], latches[2], far > ahead)
     best = score_samples(
-        *(state, vs, ws, costs, ox, oy, resolution, distances, targets),
-        *(switches, polygon, p, scores),
+        *(state, vs, ws, (costs, ox, oy, resolution), cells, targets),
+        *(switches, polygon, p, every, scores),
     )
     return best, vs, ws, scores

@@ -112,129 +112,177 @@ def _desired_force(x, y, vx, vy, gx, gy, goal_radius, speed, k):
 
 
 @jit
-def _social_force(i, x, y, vx, vy, k):
-    """Returns the social force of all others on agent i (0: the robot)."""
-    fx = 0.0
-    fy = 0.0
-    for j in range(len(x)):
-        if j != i:
-            gx, gy = pair_force(
-                x[j] - x[i], y[j] - y[i], vx[i] - vx[j], vy[i] - vy[j], k
-            )
-            fx += gx
-            fy += gy
-    return fx, fy
+def _force_between(agents, i, j, k):
+    """Returns the social force of agent j on agent i."""
+    return pair_force(
+        *(agents[0, j] - agents[0, i], agents[1, j] - agents[1, i]),
+        *(agents[2, i] - agents[2, j], agents[3, i] - agents[3, j], k),
+    )
 
 
 @jit
-def predict(
-    robot, v, omega, humans, goals, points, grid, polygon, odometry_yaw, p, k
-):
-    """Returns the cost of a candidate; infinite if it is not valid.
+def _predict_robot(robot, v, omega, p, way):
+    """Writes rows (x, y, yaw, v, omega) of the robot: start and steps."""
+    x, y, yaw, speed, turn = robot[0], robot[1], robot[2], robot[3], robot[4]
+    for k in range(len(way)):
+        way[k, 0] = x
+        way[k, 1] = y
+        way[k, 2] = yaw
+        way[k, 3] = speed
+        way[k, 4] = turn
+        # It moves along its previous heading.
+        speed = _toward(speed, v, p.max_trans_acc * p.dt)
+        turn = _toward(turn, omega, p.max_rot_acc * p.dt)
+        x += speed * math.cos(yaw) * p.dt
+        y += speed * math.sin(yaw) * p.dt
+        yaw += turn * p.dt
 
-    `robot` is (x, y, yaw, v, omega), `v` and `omega` are the candidate. `goals`
-    (1 + n, 2) are the carrot and the goal of each person, `points` (m, 2) the
-    obstacles, `grid` the costs, the x and y of the origin, and the resolution
-    of the costmap, `polygon` (k, 2) the footprint. `odometry_yaw` is the
-    direction of the robot's velocity in the forces, in radians; NaN for its
-    heading.
-    """
+
+@jit
+def _cost_without_people(way, goal, grid, polygon, p):
+    """Returns the cost of a way of the robot without the social work."""
     costs, ox, oy, resolution = grid
-    n = len(humans)
-    x = np.empty(n + 1)
-    y = np.empty(n + 1)
-    vx = np.empty(n + 1)
-    vy = np.empty(n + 1)
-    rx, ry, yaw, speed, turn = robot
-    x[0] = rx
-    y[0] = ry
-    for i in range(n):
-        x[i + 1] = humans[i, X]
-        y[i + 1] = humans[i, Y]
-        vx[i + 1] = humans[i, VX]
-        vy[i + 1] = humans[i, VY]
-    # (NaN: the velocity is along the heading.)
-    heading = yaw if math.isnan(odometry_yaw) else odometry_yaw
-    vx[0] = speed * math.cos(heading)
-    vy[0] = speed * math.sin(heading)
-    dt = p.dt
-    work = 0.0
+    last = len(way) - 1
     footprints = 0.0
-    ax = np.empty(n + 1)
-    ay = np.empty(n + 1)
-    # People who have reached their goal have none from then on.
-    arrived = np.zeros(n + 1, np.bool_)
-    for _ in range(int(p.steps)):
-        cost = outline_cost(costs, ox, oy, resolution, rx, ry, yaw, polygon)
+    for k in range(last):
+        x, y, yaw = way[k, 0], way[k, 1], way[k, 2]
+        cost = outline_cost(costs, ox, oy, resolution, x, y, yaw, polygon)
         if cost < 0 or cost >= _LETHAL:
             return math.inf
         footprints += cost / 255.0
-        # The forces are those before the agents move.
-        social_x, social_y = _social_force(0, x, y, vx, vy, k)
-        wall_x, wall_y = _obstacle_force(
-            x[0], y[0], p.sfm_robot_radius, points, k
-        )
-        on_robot = math.sqrt(social_x * social_x + social_y * social_y)
-        on_robot += math.sqrt(wall_x * wall_x + wall_y * wall_y)
-        for i in range(1, n + 1):
-            fx, fy = _social_force(i, x, y, vx, vy, k)
-            reach = math.inf if arrived[i] else p.person_radius
-            gx, gy = _desired_force(
-                *(x[i], y[i], vx[i], vy[i], goals[i, 0], goals[i, 1]),
-                *(reach, p.people_velocity, k),
-            )
-            wx, wy = _obstacle_force(x[i], y[i], p.person_radius, points, k)
-            ax[i] = fx + gx + wx
-            ay[i] = fy + gy + wy
-        for i in range(1, n + 1):
-            vx[i] += ax[i] * dt
-            vy[i] += ay[i] * dt
-            pace = math.sqrt(vx[i] * vx[i] + vy[i] * vy[i])
-            if pace > p.people_velocity:
-                vx[i] *= p.people_velocity / pace
-                vy[i] *= p.people_velocity / pace
-            x[i] += vx[i] * dt
-            y[i] += vy[i] * dt
-            left = math.hypot(goals[i, 0] - x[i], goals[i, 1] - y[i])
-            arrived[i] = arrived[i] or left <= p.person_radius
-        # The robot moves along its previous heading.
-        speed = _toward(speed, v, p.max_trans_acc * dt)
-        turn = _toward(turn, omega, p.max_rot_acc * dt)
-        rx += speed * math.cos(yaw) * dt
-        ry += speed * math.sin(yaw) * dt
-        yaw += turn * dt
-        x[0] = rx
-        y[0] = ry
-        heading = yaw if math.isnan(odometry_yaw) else odometry_yaw
-        vx[0] = speed * math.cos(heading)
-        vy[0] = speed * math.sin(heading)
-        on_people = 0.0
-        for i in range(1, n + 1):
-            dx = rx - x[i]
-            dy = ry - y[i]
-            if dx * dx + dy * dy <= p.sfm_robot_radius * p.sfm_robot_radius:
-                return math.inf
-            fx, fy = pair_force(dx, dy, vx[i] - vx[0], vy[i] - vy[0], k)
-            on_people += math.sqrt(fx * fx + fy * fy)
-        work += on_robot + on_people
-    dx = goals[0, 0] - rx
-    dy = goals[0, 1] - ry
+    dx = goal[0] - way[last, 0]
+    dy = goal[1] - way[last, 1]
     bearing = 0.0
     if dx != 0 or dy != 0:
-        bearing = abs(wrap(math.atan2(dy, dx) - yaw))
+        bearing = abs(wrap(math.atan2(dy, dx) - way[last, 2]))
+    unused = abs(p.max_trans_vel - way[last, 3])
     return (
-        p.velocity_weight * abs(p.max_trans_vel - speed) / p.max_trans_vel
+        p.velocity_weight * unused / p.max_trans_vel
         + p.distance_weight * (dx * dx + dy * dy)
         + p.angle_weight * bearing / math.pi
         + p.costmap_weight * footprints / p.steps
-        + p.social_weight * work
     )
+
+
+@jit
+def _place_robot(agents, state, odometry_yaw):
+    """Writes the robot as the first of `agents` (see `_move_people`)."""
+    # (NaN: the velocity is along the heading.)
+    heading = state[2] if math.isnan(odometry_yaw) else odometry_yaw
+    agents[0, 0] = state[0]
+    agents[1, 0] = state[1]
+    agents[2, 0] = state[3] * math.cos(heading)
+    agents[3, 0] = state[3] * math.sin(heading)
+
+
+@jit
+def _forces_between_people(agents, forces, k):
+    """Writes the social force (x, y) of each person j on each i."""
+    for i in range(1, agents.shape[1]):
+        for j in range(1, agents.shape[1]):
+            if i != j:
+                forces[i, j] = _force_between(agents, i, j, k)
+
+
+@jit
+def _move_people(now, then, forces, goals, points, p, k):
+    """Predicts people one step on, with `forces` between them.
+
+    `now` and `then` have rows x, y, vx, vy, and 1 once a goal is reached; the
+    first column is the robot's.
+    """
+    x, y, vx, vy, arrived = now[0], now[1], now[2], now[3], now[4]
+    for i in range(1, len(x)):
+        fx, fy = _force_between(now, i, 0, k)
+        for j in range(1, len(x)):
+            if j != i:
+                fx += forces[i, j, 0]
+                fy += forces[i, j, 1]
+        # People who have reached their goal have none from then on.
+        reach = math.inf if arrived[i] != 0 else p.person_radius
+        gx, gy = _desired_force(
+            *(x[i], y[i], vx[i], vy[i], goals[i, 0], goals[i, 1]),
+            *(reach, p.people_velocity, k),
+        )
+        wx, wy = _obstacle_force(x[i], y[i], p.person_radius, points, k)
+        new_vx = vx[i] + (fx + gx + wx) * p.dt
+        new_vy = vy[i] + (fy + gy + wy) * p.dt
+        pace = math.sqrt(new_vx * new_vx + new_vy * new_vy)
+        if pace > p.people_velocity:
+            new_vx *= p.people_velocity / pace
+            new_vy *= p.people_velocity / pace
+        then[0, i] = x[i] + new_vx * p.dt
+        then[1, i] = y[i] + new_vy * p.dt
+        then[2, i] = new_vx
+        then[3, i] = new_vy
+        left = math.hypot(goals[i, 0] - then[0, i], goals[i, 1] - then[1, i])
+        then[4, i] = arrived[i] != 0 or left <= p.person_radius
+
+
+@jit
+def _force_on_robot(agents, points, p, k):
+    """Returns the magnitudes of the forces of people and obstacles, added."""
+    fx = 0.0
+    fy = 0.0
+    for j in range(1, agents.shape[1]):
+        gx, gy = _force_between(agents, 0, j, k)
+        fx += gx
+        fy += gy
+    wx, wy = _obstacle_force(
+        agents[0, 0], agents[1, 0], p.sfm_robot_radius, points, k
+    )
+    return math.sqrt(fx * fx + fy * fy) + math.sqrt(wx * wx + wy * wy)
+
+
+@jit
+def _force_on_people(agents, p, k):
+    """Returns the sum of the robot's forces; infinite if it touches anybody."""
+    total = 0.0
+    for i in range(1, agents.shape[1]):
+        dx = agents[0, 0] - agents[0, i]
+        dy = agents[1, 0] - agents[1, i]
+        if dx * dx + dy * dy <= p.sfm_robot_radius * p.sfm_robot_radius:
+            return math.inf
+        fx, fy = _force_between(agents, i, 0, k)
+        total += math.sqrt(fx * fx + fy * fy)
+    return total
+
+
+@jit
+def _is_beaten(c, cost, best, least):
+    """Returns whether a candidate of at least a cost is not the best."""
+    return cost > least or (cost == least and c > best)
+
+
+@jit
+def _next_candidate(ways, last, results, is_done):
+    """Returns a candidate that shares most steps with the last one, and these.
+
+    Of several, it is the one with the lowest result; -1 if all are done.
+    """
+    found = -1
+    most = -1
+    for c in range(len(ways)):
+        if is_done[c]:
+            continue
+        shared = 0
+        while (
+            last >= 0
+            and shared < ways.shape[1] - 1
+            and (ways[c, shared + 1] == ways[last, shared + 1]).all()
+        ):
+            shared += 1
+        if shared > most or (shared == most and results[c] < results[found]):
+            found = c
+            most = shared
+    return found, most
 
 
 @jit_as(
     numba.float64[::1],
     *(VECTOR, MATRIX, MATRIX, MATRIX, MATRIX),
     *(READ_CELLS, REAL, REAL, REAL, MATRIX, REAL, VECTOR, VECTOR),
+    numba.boolean,
 )
 def candidate_costs(
     robot,
@@ -250,18 +298,89 @@ def candidate_costs(
     odometry_yaw,
     parameters,
     k,
+    every,
 ):
-    """Returns the costs of candidates, rows (v, omega): see `predict`."""
+    """Returns the costs of candidates; infinite where they are not valid.
+
+    `robot` is (x, y, yaw, v, omega), candidates are rows (v, omega). `goals`
+    (1 + n, 2) are the carrot and the goal of each person, `points` (m, 2) the
+    obstacles; `costs`, (ox, oy) and `resolution` are those of the costmap,
+    `polygon` (k, 2) is the footprint. `odometry_yaw` is the direction of the
+    robot's velocity in the forces, in radians; NaN for its heading. Unless
+    `every` is true, what costs more than the best has a part of its cost.
+
+    People move alike for as long as the robot does, so candidates that begin
+    alike come after each other, and share what is predicted until then.
+    """
     p = _parameters_in(parameters)
-    result = np.empty(len(candidates))
-    state = (robot[0], robot[1], robot[2], robot[3], robot[4])
-    grid = (costs, ox, oy, resolution)
-    for c in range(len(candidates)):
-        result[c] = predict(
-            *(state, candidates[c, 0], candidates[c, 1], humans, goals),
-            *(points, grid, polygon, odometry_yaw, p, k),
+    steps = int(p.steps)
+    count = len(candidates)
+    ways = np.empty((count, steps + 1, 5))
+    results = np.empty(count)
+    for c in range(count):
+        _predict_robot(robot, candidates[c, 0], candidates[c, 1], p, ways[c])
+        results[c] = _cost_without_people(
+            ways[c], goals[0], (costs, ox, oy, resolution), polygon, p
         )
-    return result
+    is_done = results == math.inf
+    # The start and each step of the candidate at hand: see `_move_people`.
+    agents = np.zeros((steps + 1, 5, len(humans) + 1))
+    for i in range(len(humans)):
+        agents[0, 0, i + 1] = humans[i, X]
+        agents[0, 1, i + 1] = humans[i, Y]
+        agents[0, 2, i + 1] = humans[i, VX]
+        agents[0, 3, i + 1] = humans[i, VY]
+    forces = np.empty((steps, len(humans) + 1, len(humans) + 1, 2))
+    on_robot = np.empty(steps)
+    work = np.zeros(steps + 1)
+    # The number of steps for which each is known.
+    felt = 0
+    paired = 0
+    moved = 0
+    worked = 0
+    best = -1
+    least = math.inf
+    c, shared = _next_candidate(ways, -1, results, is_done)
+    while c >= 0:
+        felt = min(felt, shared + 1)
+        paired = min(paired, shared + 2)
+        moved = min(moved, shared + 1)
+        worked = min(worked, shared)
+        base = results[c]
+        cost = base + p.social_weight * work[worked]
+        while worked < steps and (
+            every or not _is_beaten(c, cost, best, least)
+        ):
+            now = agents[worked]
+            then = agents[worked + 1]
+            _place_robot(now, ways[c, worked], odometry_yaw)
+            if felt == worked:
+                on_robot[worked] = _force_on_robot(now, points, p, k)
+                felt += 1
+            cost = base + p.social_weight * (work[worked] + on_robot[worked])
+            if not every and _is_beaten(c, cost, best, least):
+                break
+            if moved == worked:
+                if paired == worked:
+                    _forces_between_people(now, forces[worked], k)
+                    paired += 1
+                _move_people(now, then, forces[worked], goals, points, p, k)
+                moved += 1
+            _place_robot(then, ways[c, worked + 1], odometry_yaw)
+            on_people = _force_on_people(then, p, k)
+            if on_people == math.inf:
+                cost = math.inf
+                break
+            work[worked + 1] = work[worked] + (on_robot[worked] + on_people)
+            worked += 1
+            cost = base + p.social_weight * work[worked]
+        results[c] = cost
+        if not _is_beaten(c, cost, best, least):
+            best = c
+            least = cost
+        is_done[c] = True
+        c, shared = _next_candidate(ways, c, results, is_done)
+    return results
 
 
 @jit_as(numba.float64[:, ::1], REAL, REAL, REAL, INTEGER, WALLS)

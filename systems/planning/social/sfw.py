@@ -75,6 +75,25 @@ class Setup(NamedTuple):
     k: Array
 
 
+class Rules(NamedTuple):
+    """What counts in the costs of candidates.
+
+    Attributes:
+        walls: Whether the forces of obstacles count.
+        odometry_yaw: The direction of the robot's velocity in the forces, in
+            radians; NaN for its heading.
+        every: Whether all costs are needed. Otherwise a candidate that costs
+            more than the best has a part of its cost.
+    """
+
+    walls: bool = True
+    odometry_yaw: float = math.nan
+    every: bool = True
+
+
+_ALL = Rules()
+
+
 class Weighed(NamedTuple):
     """The candidates of SFW in a cycle.
 
@@ -237,16 +256,14 @@ class SfwPlanner(NavigationPlanner):
             pair = _towards(self, task, view, carrot, left)
             costs = weigh(
                 *(self, task, view, carrot, costmap),
-                np.array([pair]),
-                odometry_yaw=odometry_yaw,
+                *(np.array([pair]), Rules(odometry_yaw=odometry_yaw)),
             ).costs
             if math.isfinite(costs[0]):
                 return Control(*pair, memory)
         held = memory.cycles * self.period > self.patience
         weighed = weigh(
-            *(self, task, view, carrot, costmap),
-            walls=not held,
-            odometry_yaw=odometry_yaw,
+            *(self, task, view, carrot, costmap, None),
+            Rules(walls=not held, odometry_yaw=odometry_yaw, every=False),
         )
         best = int(np.argmin(weighed.costs))
         if not math.isfinite(weighed.costs[best]):
@@ -317,16 +334,12 @@ def weigh(
     carrot: tuple[float, float],
     costmap: Costmap,
     velocities: Array | None = None,
-    *,
-    walls: bool = True,
-    odometry_yaw: float = math.nan,
+    rules: Rules = _ALL,
 ) -> Weighed:
     """Returns candidates and their costs, for inspection, too.
 
     `carrot` is the target point (x, y) on the plan; `velocities`, shape (m, 2),
-    rows (v, omega), are the 44 candidates by default; `walls` is whether the
-    forces of obstacles count; `odometry_yaw` is the direction of the robot's
-    velocity in the forces, in radians, NaN for its heading.
+    rows (v, omega), are the 44 candidates by default.
     """
     from hunav_drake.systems.planning.social.prediction import candidate_costs
 
@@ -342,9 +355,10 @@ def weigh(
     )
     costs = candidate_costs(
         *(robot, velocities, humans, goals),
-        _points(planner, task, view) if walls else _NO_POINTS,
+        _points(planner, task, view) if rules.walls else _NO_POINTS,
         *(costmap.costs, *costmap.origin, costmap.resolution),
-        *(planner.setup(task).footprint, odometry_yaw, setup.p, setup.k),
+        *(planner.setup(task).footprint, rules.odometry_yaw),
+        *(setup.p, setup.k, rules.every),
     )
     return Weighed(velocities, costs)
 

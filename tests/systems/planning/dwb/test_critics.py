@@ -16,7 +16,11 @@ from hunav_drake.systems.planning.dwb import (
 )
 from hunav_drake.systems.planning.dwb.dwb import dynamics, robot_state
 from hunav_drake.systems.planning.dwb.dwb_memory import Trend
-from hunav_drake.systems.planning.dwb.map_grid import path_distances, plan_span
+from hunav_drake.systems.planning.dwb.map_grid import (
+    distance_from,
+    path_cells,
+    plan_span,
+)
 from hunav_drake.systems.planning.dwb.scoring import Critic, roll_out
 from hunav_drake.systems.planning.navigation import LocalPlan
 from hunav_drake.systems.robot import RobotLimits
@@ -172,14 +176,16 @@ def test_path_distances_are_taxicab_distances():
     rng = np.random.default_rng(2)
     for _ in range(5):
         plan = np.cumsum(rng.uniform(-0.1, 0.2, (30, 3)), axis=0) - 1.0
-        result, _ = path_distances(
-            np.zeros((160, 120), np.uint8), -1.5, -2.0, CELL, plan
-        )
-        reference = ndimage.distance_transform_cdt(
-            result != 0, metric="taxicab"
-        )
+        costs = np.zeros((160, 120), np.uint8)
+        cells = path_cells(costs, -1.5, -2.0, CELL, plan, *plan[-1, :2])
+        is_off = np.ones(costs.shape, bool)
+        is_off[*cells] = False
+        assert (~is_off).sum() > 20
+        reference = ndimage.distance_transform_cdt(is_off, metric="taxicab")
+        result = [
+            [distance_from(cells, i, j) for j in range(120)] for i in range(160)
+        ]
         np.testing.assert_array_equal(result, reference)
-        assert (result == 0).sum() > 20
 
 
 def test_the_plan_counts_up_to_where_it_leaves_the_map():
@@ -187,13 +193,46 @@ def test_the_plan_counts_up_to_where_it_leaves_the_map():
     plan[:, 0] = np.linspace(-3.0, 3.0, 50)
     costs = np.zeros((160, 160), np.uint8)
     costs[:, 100] = 255
-    result, last = path_distances(costs, -2.0, -2.0, CELL, plan)
-    assert last == (80, 99)
-    assert np.flatnonzero(result[80] == 0).tolist() == list(
-        range(np.flatnonzero(result[80] == 0)[0], 100)
-    )
+    rows, columns = path_cells(costs, -2.0, -2.0, CELL, plan, 3.0, 0.0)
+    assert (rows == 80).all()
+    assert np.unique(columns).tolist() == list(range(columns[0], 100))
+    assert columns[0] <= 1
+    assert columns[-1] == 99
+    # Wherever its last pose is moved to.
+    part = plan[:22]
+    rows, columns = path_cells(costs, -2.0, -2.0, CELL, part, -0.29, 0.11)
+    assert (rows[-1], columns[-1]) == (84, 68)
     far = plan + np.array([0.0, 9.0, 0.0])
-    assert path_distances(costs, -2.0, -2.0, CELL, far)[1] == (-1, -1)
+    assert path_cells(costs, -2.0, -2.0, CELL, far, 3.0, 9.0).shape == (2, 0)
+
+
+def test_the_best_is_the_same_whether_or_not_all_are_scored():
+    rng = np.random.default_rng(3)
+    planners = [
+        DwbPlanner(),
+        DwbPlanner(
+            min_vel_x=-0.4,
+            critics={"sum_scores": True},
+            scales={"obstacle_footprint": 1.0},
+        ),
+    ]
+    for k in range(60):
+        costs = np.zeros((160, 160), np.uint8)
+        for row, column in rng.integers(0, 150, (6, 2)):
+            costs[row : row + 10, column : column + 10] = rng.choice([90, 254])
+        costs[70:90, 70:90] = 0
+        planner, view = planners[k % 2], make_view(yaw=rng.uniform(-1, 1))
+        every = candidates(planner, TASK, view, straight(), make_map(costs))
+        command = planner.control(
+            TASK, view, straight(), make_map(costs), DwbMemory()
+        )
+        if every.best >= 0:
+            total = every.scores[:, 0]
+            assert every.best == np.argmin(total)
+            chosen = every.velocities[every.best].tolist()
+            assert [command.v, command.omega] == chosen
+        else:
+            assert command.fault
 
 
 def test_path_dist():

@@ -15,7 +15,7 @@ from hunav_drake.systems.planning import PlanningTask, View
 from hunav_drake.systems.planning.costmap.footprint import circle_footprint
 from hunav_drake.systems.planning.social import SfwPlanner
 from hunav_drake.systems.planning.social.prediction import wall_points
-from hunav_drake.systems.planning.social.sfw import set_up, weigh
+from hunav_drake.systems.planning.social.sfw import Rules, set_up, weigh
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.world.maps.costs import Costmap
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -124,6 +124,31 @@ def test_the_work_of_one_step_by_hand():
     assert cost == pytest.approx(2 * force, rel=1e-5)
 
 
+def test_candidates_cost_the_same_alone_and_together():
+    rng = np.random.default_rng(1)
+    for most in (0.15, 2.0):
+        planner = SfwPlanner(max_trans_acc=most, max_rot_acc=3 * most)
+        humans = np.vstack(
+            [
+                person(*rng.uniform(0.6, 2.5, 2), *rng.uniform(-1, 1, 2))
+                for _ in range(6)
+            ]
+        )
+        robot = np.array([0.0, 0.0, 0.0, 0.4, 0.0, 0.0, 0.35])
+        view = View(robot, humans, np.array([5.0, 0.0, 0.0]))
+        known = task(len(humans)), view, (1.0, 0.4), FREE
+        every = weigh(planner, *known)
+        alone = [weigh(planner, *known, it[None]).costs[0] for it in every[0]]
+        assert every.costs.tolist() == alone
+        assert len(np.unique(every.costs)) > 10
+        # Of those that are not the best, less may be known.
+        best = weigh(planner, *known, None, Rules(every=False)).costs
+        assert np.argmin(best) == np.argmin(every.costs)
+        assert best.min() == every.costs.min()
+        assert (best <= every.costs).all()
+        assert (best < every.costs).any()
+
+
 def test_who_was_at_their_goal_is_not_drawn_back_to_it():
     """Pushed along a line, somebody only brakes: lightsfm drops the goal."""
     steps, dt = 40, 0.25
@@ -172,7 +197,7 @@ def test_the_frame_of_the_original_depends_on_the_heading():
         odometry_yaw = 0.0 if legacy else math.nan
         return weigh(
             *(planner, task(1), view, carrot, FREE, pair),
-            odometry_yaw=odometry_yaw,
+            rules=Rules(odometry_yaw=odometry_yaw),
         ).costs[0]
 
     for legacy in (False, True):
