@@ -1,0 +1,132 @@
+"""The recorded people of a scenario, as their files have them."""
+
+import dataclasses
+import functools
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+
+from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
+from hunav_drake.systems.people.track_groups import walking_groups
+from hunav_drake.systems.people.tracks import WALKING, Track, Tracks, motion_at
+from hunav_drake.tracks.files import ReadTracks
+
+
+def load_tracks(config: TracksConfig) -> Tracks:
+    """Returns the tracks that a configuration names; the trial begins at 0 s.
+
+    Raises:
+        OSError: If the file cannot be read.
+        ValueError: If it is not valid, or nobody is there.
+    """
+    status = os.stat(config.file)
+    return _load(
+        *(config.file, status.st_mtime_ns, status.st_size, status.st_ino),
+        *(config.format, config.fps, config.unit, config.start),
+        *(config.end, config.smooth),
+    )
+
+
+# The arguments have all that the result depends on.
+@functools.lru_cache(maxsize=8)
+def _load(
+    file: str,
+    _time: int,
+    _size: int,
+    _number: int,
+    format: str,
+    fps: float | None,
+    unit: str | None,
+    start: float,
+    end: float | None,
+    smooth: float | None,
+) -> Tracks:
+    tracks = ReadTracks(Path(file), format, fps=fps, unit=unit).split()
+    tracks = tracks.between(start, math.inf if end is None else end)
+    if smooth is not None:
+        tracks = tracks.smoothed(smooth or None)
+    if not tracks.people:
+        raise ValueError(f"{file}: nobody is there from {start:g} s on")
+    return tracks
+
+
+def track_of(config: TrackConfig) -> Track:
+    """Returns the track of a person.
+
+    Raises:
+        OSError: If the file cannot be read.
+        ValueError: If it is not valid, or has no such person.
+    """
+    people = {it.id: it for it in load_tracks(config).people}
+    if config.id not in people:
+        some = ", ".join(map(str, [*people][:10]))
+        more = ", ..." if len(people) > 10 else ""
+        raise ValueError(
+            f"{config.file}: there is no person {config.id}; there are"
+            f" {some}{more}"
+        )
+    return people[config.id]
+
+
+def with_track(human: HumanConfig) -> HumanConfig:
+    """Returns a person with the pose, goal and speed of its recording, if any.
+
+    Raises: As `track_of`.
+    """
+    if human.track is None:
+        return human
+    track = track_of(human.track)
+    motion = motion_at(track, track.times)
+    speeds = np.hypot(*motion.velocities.T)
+    walking = speeds[speeds > WALKING]
+    (x, y), (goal_x, goal_y) = track.positions[[0, -1]].tolist()
+    speed = float(walking.mean()) if len(walking) else 0.0
+    return dataclasses.replace(
+        human,
+        pose=(x, y, float(motion.yaws[0])),
+        goals=[(goal_x, goal_y)],
+        desired_speed=min(speed, 10.0),
+        max_speed=None,
+    )
+
+
+def people_of(
+    config: TracksConfig | None, first_group_id: int = 0
+) -> list[HumanConfig]:
+    """Returns all people of a file, named after their numbers in it.
+
+    Args:
+        config: The file; None for nobody.
+        first_group_id: The number of the first group; the others follow.
+
+    Raises: As `load_tracks`.
+    """
+    if config is None:
+        return []
+    tracks = load_tracks(config)
+    options = {
+        field.name: getattr(config, field.name)
+        for field in dataclasses.fields(TracksConfig)
+    }
+    return [
+        with_track(
+            HumanConfig(
+                name=f"recorded_{track.id}",
+                pose=(0.0, 0.0, 0.0),
+                cyclic=False,
+                group_id=group if group < 0 else first_group_id + group,
+                track=TrackConfig(**options, id=track.id),
+            )
+        )
+        for track, group in zip(
+            tracks.people, _groups(tracks), strict=True
+        )
+    ]
+
+
+@functools.lru_cache(maxsize=8)
+def _groups(tracks: Tracks) -> list[int]:
+    return walking_groups(tracks)
