@@ -18,6 +18,7 @@ from hunav_drake.systems.common.checks import check_count, check_time_step
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     OUTSIDE,
+    REPLAY_SIZE,
     STATE_SIZE,
     X,
     Y,
@@ -34,7 +35,6 @@ from hunav_drake.systems.crowd.replay import (
     MEMORY_SIZE,
     PHASE,
     REACTS,
-    REPLAY_SIZE,
     SINCE,
     START,
     TRACK_SIZE,
@@ -68,10 +68,8 @@ class RecordedPeople(LeafSystem):
     Output ``tracks`` gives n rows (mask, x, y, yaw, vx, vy, omega) in W, in SI
     units: where the mask is 1, the state of the person at the end of the step,
     which is the row of `layout.OUTSIDE` before the beginning and after the end
-    of the recording; else zeros. Output ``replay`` gives n rows (mode, distance
-    at equal time, distance at equal phase): 1 for a person who follows its
-    recording, 2 for one who walks by the motion model, 0 for others; and the
-    distances from the recording, in meters, -1 where there is none.
+    of the recording; else zeros. Output ``replay`` gives the n rows of
+    `layout.REPLAY_SIZE`.
 
     A person follows the cubic spline through its recording (see `motion_at`),
     whatever the robot does if its mode is "blind". Else it is handed over to

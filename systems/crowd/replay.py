@@ -20,6 +20,9 @@ from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     OMEGA,
     OUTSIDE,
+    REACTIVE,
+    REPLAY_SIZE,
+    REPLAYED,
     STATE_SIZE,
     VX,
     VY,
@@ -41,12 +44,8 @@ TRACK_SIZE = 1 + OMEGA + 1
 REACTS, CLOCK, PHASE, DX, DY, DVX, DVY, DYAW, SINCE, LASTS = range(10)
 MEMORY_SIZE = 10
 
-# A row of `replay`: who moves the person (0 for people who are not recorded, or
-# not here), and its distances from the recording at equal time and at equal
-# phase, in meters, -1 where there is none.
-MODE, AT_TIME, AT_PHASE = range(3)
-REPLAY_SIZE = 3
-REPLAYED, REACTIVE = 1.0, 2.0
+# The columns of `layout.REPLAY_SIZE`.
+_MODE, _AT_TIME, _AT_PHASE = range(3)
 
 # The columns of a roster: the first of its knots and their number, the times of
 # the first and the last row, the first of its headings, their number and the
@@ -318,16 +317,16 @@ def replay_rows(now, time_step, memory, humans, roster, knots, curves, yaws):
     owns = memory.reshape(n, MEMORY_SIZE)
     for i in range(n):
         row, own, person = roster[i], owns[i], people[i]
-        result[i, AT_TIME] = result[i, AT_PHASE] = -1.0
+        result[i, _AT_TIME] = result[i, _AT_PHASE] = -1.0
         if row[COUNT] == 0.0 or person[X] == OUTSIDE:
             continue
         x, y = person[X], person[Y]
         phase = now - own[CLOCK]
-        result[i, MODE] = REPLAYED
+        result[i, _MODE] = REPLAYED
         if own[REACTS] != 0.0:
-            result[i, MODE] = REACTIVE
+            result[i, _MODE] = REACTIVE
             phase = _nearest(row, x, y, own[PHASE], time_step, knots, curves)
         if row[START] - _SAME <= now <= row[END] + _SAME:
-            result[i, AT_TIME] = _away(row, x, y, now, knots, curves)
-        result[i, AT_PHASE] = _away(row, x, y, phase, knots, curves)
+            result[i, _AT_TIME] = _away(row, x, y, now, knots, curves)
+        result[i, _AT_PHASE] = _away(row, x, y, phase, knots, curves)
     return result.ravel()

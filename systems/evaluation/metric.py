@@ -100,6 +100,8 @@ class Metric:
         function: The function that computes it.
         reduce: The function from the series that `function` returns to the
             value.
+        needs: The field of a recording without which it has no value; then it
+            is in no family.
     """
 
     name: str
@@ -111,6 +113,7 @@ class Metric:
     aliases: tuple[str, ...]
     function: MetricFunction
     reduce: Callable[[Array], float] | None
+    needs: str = ""
 
     def compute(self, recording: Recording) -> tuple[float, Array | None]:
         """Returns the value, and its series (N + 1,) if it has one.
@@ -179,6 +182,7 @@ def register_metric[F: Callable[[Recording], Any]](
     aliases: Iterable[str] = (),
     definition: str | None = None,
     reduce: Callable[[Array], float] | None = None,
+    needs: str = "",
 ) -> Callable[[F], F]:
     """Registers a function of a recording as a metric.
 
@@ -197,6 +201,7 @@ def register_metric[F: Callable[[Recording], Any]](
         definition: Its description; the function's docstring by default. Lists
             show its first line.
         reduce: The function from the series to the value.
+        needs: The field of a recording that it needs: see `Metric`.
 
     Returns:
         A decorator that returns the function unchanged.
@@ -235,6 +240,7 @@ def register_metric[F: Callable[[Recording], Any]](
             aliases=aliases,
             function=function,
             reduce=reduce,
+            needs=needs,
         )
         return function
 
@@ -303,12 +309,16 @@ def _origin(function: Any) -> tuple[object, object]:
     )
 
 
-def select_metrics(names: Iterable[str]) -> list[Metric]:
+def select_metrics(
+    names: Iterable[str], recording: Recording | None = None
+) -> list[Metric]:
     """Returns the metrics of some names.
 
     Args:
         names: Names of metrics, their aliases, families, "paper" for the 28
             of HuNavSim's Table I, or "all".
+        recording: The recording that they are for: metrics that need what it
+            lacks are left out, unless they are named.
 
     Returns:
         Each metric once, in the order of the names.
@@ -325,7 +335,13 @@ def select_metrics(names: Iterable[str]) -> list[Metric]:
         if metric is not None:
             chosen[metric.name] = metric
         elif name in selections:
-            chosen |= {m.name: m for m in selections[name]}
+            chosen |= {
+                m.name: m
+                for m in selections[name]
+                if recording is None
+                or not m.needs
+                or getattr(recording, m.needs) is not None
+            }
         else:
             raise ValueError(_unknown(name))
     return list(chosen.values())
