@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
     SystemScalarConverter,
 )
 
+from hunav_drake.systems.common.arrays import Mask
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
@@ -21,6 +22,8 @@ from hunav_drake.systems.common.layout import (
     RADIUS,
     STATE_SIZE,
     TOUCH_SIZE,
+    X,
+    Y,
     is_outside,
 )
 from hunav_drake.systems.common.ports import RequirePort
@@ -43,6 +46,11 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.traffic import Traffic
 
 Array = NDArray[Any]
+
+
+# Farther away from others than this, in meters, people whose states are given
+# have no effect: the default forces are below 0.01 m/s^2 there.
+_FELT = 15.0
 
 
 class TrafficCounts(NamedTuple):
@@ -101,8 +109,8 @@ class OpenCrowd(HumanCrowd):
 
     Port ``tracks`` takes n rows (mask, x, y, yaw, vx, vy, omega): where the mask
     is 1, the row is the state of the person at the end of the step, whatever
-    acts on it; a position of (OUTSIDE, OUTSIDE) takes it outside. Others feel
-    such a person as any other, and make way for its body. There is such a port
+    acts on it; a position of (OUTSIDE, OUTSIDE) takes it outside. Others within
+    15 m feel such a person as any other, and make way for its body. There is such a port
     only if the rows at the start are given: see `RecordedPeople`.
 
     Besides that of a `HumanCrowd`, the discrete state holds: for each source,
@@ -235,9 +243,16 @@ class OpenCrowd(HumanCrowd):
         return states.ravel(), *parameters
 
     def _LookAtPresent(self, context: Context) -> _Present:
-        """Returns the people who are here, their step and their snapshot."""
+        """Returns the people who are here, their step and their snapshot.
+
+        People whose next states are given count only near others.
+        """
         state = self._GetState(context)
-        rows = np.flatnonzero(~is_outside(state))
+        here = ~is_outside(state)
+        if self._tracks is not None:
+            given = here & (self._GetTracks(context)[:, MASK] != 0)
+            here[given] = _is_near(state[given], state[here & ~given])
+        rows = np.flatnonzero(here)
         step = self._step.of(rows)
         commands = self._commands.Eval(context).reshape(-1, COMMAND_SIZE)
         weights = self.GetWeights(context)[rows]
@@ -350,3 +365,10 @@ class OpenCrowd(HumanCrowd):
             (self._departures, after.departures),
         ):
             discrete_state.set_value(index, values.ravel())
+
+
+def _is_near(states: Array, others: Array) -> Mask:
+    """Returns whether people are near any of others, shape (n,)."""
+    dx, dy = (states[:, None, k] - others[:, k] for k in (X, Y))
+    near: Mask = (dx * dx + dy * dy <= _FELT * _FELT).any(axis=1)
+    return near

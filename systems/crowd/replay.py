@@ -56,9 +56,10 @@ KINDS = ("blind", "hand_over", "reactive")
 _BLIND, _HAND_OVER, _REACTIVE = range(3)
 
 # The time ahead at which a person who walks aims, and in which it looks for the
-# nearest place of its recording, in seconds.
+# nearest place of its recording, in seconds; the steps of that, and how often
+# the last one is halved.
 _AHEAD = 1.5
-_WINDOW, _SAMPLES = 1.0, 10
+_WINDOW, _SAMPLES, _HALVINGS = 1.0, 10, 25
 
 # The speeds between which it walks, in m/s, the distance at which it has
 # arrived where it stood, in meters, and the least speed by which it is led on
@@ -138,14 +139,13 @@ def _nearest(row, x, y, phase, time_step, knots, curves):
             best, least = k, away
     low = phase + max(best - 1, 0) * width
     high = phase + min(best + 1, _SAMPLES) * width
-    for _ in range(40):
-        third = (high - low) / 3.0
-        if _away(row, x, y, low + third, knots, curves) <= _away(
-            row, x, y, high - third, knots, curves
-        ):
-            high -= third
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2.0
+        px, py, vx, vy = _place(row, middle, knots, curves)
+        if (px - x) * vx + (py - y) * vy < 0.0:
+            low = middle
         else:
-            low += third
+            high = middle
     found = low
     _, _, vx, vy = _place(row, phase, knots, curves)
     if math.hypot(vx, vy) < WALKING:
