@@ -128,15 +128,22 @@ def _away(row, x, y, time, knots, curves):
 def _nearest(row, x, y, phase, time_step, knots, curves):
     """Returns the time of the recording that is nearest to a person.
 
-    It is searched from the last one on; where the person stood, time passes.
+    It is searched from the last one on, and not beyond where the person stood;
+    there, time passes.
     """
+    _, _, vx, vy = _place(row, phase, knots, curves)
+    if math.hypot(vx, vy) < WALKING:
+        return min(phase + time_step, row[END])
     width = min(_WINDOW, row[END] - phase) / _SAMPLES
     best = 0
     least = math.inf
     for k in range(_SAMPLES + 1):
-        away = _away(row, x, y, phase + k * width, knots, curves)
+        px, py, vx, vy = _place(row, phase + k * width, knots, curves)
+        away = math.hypot(px - x, py - y)
         if away < least:
             best, least = k, away
+        if math.hypot(vx, vy) < WALKING:
+            break
     low = phase + max(best - 1, 0) * width
     high = phase + min(best + 1, _SAMPLES) * width
     for _ in range(_HALVINGS):
@@ -146,11 +153,7 @@ def _nearest(row, x, y, phase, time_step, knots, curves):
             low = middle
         else:
             high = middle
-    found = low
-    _, _, vx, vy = _place(row, phase, knots, curves)
-    if math.hypot(vx, vy) < WALKING:
-        found = max(found, phase + time_step)
-    return min(found, row[END])
+    return min(low, row[END])
 
 
 @jit
