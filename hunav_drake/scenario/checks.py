@@ -194,10 +194,7 @@ def check_tracks(scenario: Scenario) -> Iterator[Finding]:
 
 
 def _check_presence(
-    scenario: Scenario,
-    loc: Loc,
-    config: TracksConfig,
-    tracks: Sequence[Track],
+    scenario: Scenario, loc: Loc, config: TracksConfig, tracks: Sequence[Track]
 ) -> Iterator[Finding]:
     """Finds bodies of a plant that would come, leave, or be elsewhere."""
     duration = scenario.simulation.duration

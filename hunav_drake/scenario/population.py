@@ -45,9 +45,7 @@ def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
     known = _known_people(scenario)
     drawn = _draw(scenario, known)
     listed = dc.replace(
-        scenario,
-        humans=[*known, *drawn.people],
-        population=PopulationConfig(),
+        scenario, humans=[*known, *drawn.people], population=PopulationConfig()
     )
     traffic = drawn.traffic
     return listed, traffic and traffic.after(len(known))
@@ -88,8 +86,7 @@ def _draw(scenario: Scenario, known: Sequence[HumanConfig]) -> Drawn:
         scenario.world.obstacles(),
         taken=taken,
         first_group_id=_first_free(
-            [human.group_id for human in known],
-            scenario.population.number,
+            [human.group_id for human in known], scenario.population.number
         ),
     )
 

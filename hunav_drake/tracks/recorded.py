@@ -121,9 +121,7 @@ def people_of(
                 track=TrackConfig(**options, id=track.id),
             )
         )
-        for track, group in zip(
-            tracks.people, _groups(tracks), strict=True
-        )
+        for track, group in zip(tracks.people, _groups(tracks), strict=True)
     ]
 
 

@@ -97,7 +97,8 @@ def MakeTrialDiagram(
         "recording", "trial_status", "query", the outputs of the sensors, such
         as "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`)
         of a planner with maps, "traffic" (see `OpenCrowd`) if people come and
-        go, and "replay" (see `RecordedPeople`) if some are recorded. For its scenario see `TrialDiagram`.
+        go, and "replay" (see `RecordedPeople`) if some are recorded. For its
+        scenario see `TrialDiagram`.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.

@@ -128,7 +128,7 @@ def MakeHumans(
         obstacles = obstacles.obstacles()
     # Completed first, so that crowd and trees have the same numbers.
     config = options.get("config") or CrowdConfig()
-    tracks = [it.track and track_of(it.track) for it in humans]
+    tracks = [None if it.track is None else track_of(it.track) for it in humans]
     humans = complete_people(
         [with_track(human) for human in humans], config.profile
     )

@@ -14,8 +14,8 @@ from hunav_drake.systems.scene.overlays.tags import TAG_Z, tag_picture, tag_text
 from hunav_drake.systems.scene.palette import (
     BODY_DISC,
     PROXEMIC_RINGS,
-    RECORDED,
     REACTION,
+    RECORDED,
     ROBOT_ACCENT,
     TOPS,
 )

@@ -54,7 +54,7 @@ class RecordedTrial:
         Recorded people do while the motion model moves them.
         """
         status = self.recording.behavior_status
-        reacts = self._Modes(time) == REACTIVE
+        reacts: Mask = self._Modes(time) == REACTIVE
         if status is not None:
             reacts |= np.asarray(status[self._Last(time)] != 0)
         return reacts

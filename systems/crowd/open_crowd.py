@@ -107,11 +107,12 @@ class OpenCrowd(HumanCrowd):
     reached the sink that is their last goal are outside at once (or, at a sink
     that has a rate, when it is their turn), for a second at least.
 
-    Port ``tracks`` takes n rows (mask, x, y, yaw, vx, vy, omega): where the mask
-    is 1, the row is the state of the person at the end of the step, whatever
-    acts on it; a position of (OUTSIDE, OUTSIDE) takes it outside. Others within
-    15 m feel such a person as any other, and make way for its body. There is such a port
-    only if the rows at the start are given: see `RecordedPeople`.
+    Port ``tracks`` takes n rows (mask, x, y, yaw, vx, vy, omega): where the
+    mask is 1, the row is the state of the person at the end of the step,
+    whatever acts on it; a position of (OUTSIDE, OUTSIDE) takes it outside.
+    Others within 15 m feel such a person as any other, and make way for its
+    body. There is such a port only if the rows at the start are given: see
+    `RecordedPeople`.
 
     Besides that of a `HumanCrowd`, the discrete state holds: for each source,
     the columns of `doors.CAME` and following; n numbers, the least time that
@@ -296,7 +297,7 @@ class OpenCrowd(HumanCrowd):
 
     def _GetTracks(self, context: Context) -> Array:
         """Returns the rows of port ``tracks``."""
-        rows: Array = self._tracks.Eval(context)
+        rows: Array = self.get_tracks_input_port().Eval(context)
         return rows.reshape(-1, TRACK_SIZE)
 
     def _TakeStep(self, context: Context) -> tuple[Array, Array, Array]:

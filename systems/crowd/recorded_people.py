@@ -29,9 +29,9 @@ from hunav_drake.systems.common.ports import (
     weakly,
 )
 from hunav_drake.systems.crowd.replay import (
-    LASTS,
     COUNT,
     END,
+    LASTS,
     MEMORY_SIZE,
     PHASE,
     REACTS,
@@ -176,11 +176,12 @@ class RecordedPeople(LeafSystem):
         n = len(self._humans)
         nobody = np.zeros((n, STATE_SIZE))
         nobody[:, X] = nobody[:, Y] = OUTSIDE
-        return replay_step(
+        step: Array = replay_step(
             *(-self._time_step, self._time_step, np.zeros(n * MEMORY_SIZE)),
             *(nobody.ravel(), self._no_robots, np.zeros(n * COMMAND_SIZE)),
             *self._tables,
-        )[self._parts[2]].reshape(n, TRACK_SIZE)
+        )
+        return step[self._parts[2]].reshape(n, TRACK_SIZE)
 
     def DescribeMemory(self) -> list[str]:
         """Returns what the meaning of the state depends on."""
@@ -200,9 +201,9 @@ class RecordedPeople(LeafSystem):
         starts, ends = self._tables.roster[:, [START, END]].T
         reacts = rows[:, REACTS]
         phases = rows[:, PHASE]
-        valid = np.isin(reacts, (0.0, 1.0)) & (rows[:, [SINCE, LASTS]] >= 0).all(
-            axis=1
-        )
+        valid = np.isin(reacts, (0.0, 1.0)) & (
+            rows[:, [SINCE, LASTS]] >= 0
+        ).all(axis=1)
         valid &= (reacts == 0) | ((starts <= phases) & (phases <= ends))
         valid &= (self._tables.roster[:, COUNT] > 0) | (rows == 0).all(axis=1)
         if not valid.all():

@@ -9,13 +9,7 @@ import math
 from numba import float64
 import numpy as np
 
-from hunav_drake.systems.common.kernels import (
-    MATRIX,
-    REAL,
-    VECTOR,
-    jit,
-    jit_as,
-)
+from hunav_drake.systems.common.kernels import MATRIX, REAL, VECTOR, jit, jit_as
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     OMEGA,
@@ -265,9 +259,7 @@ def _lead(row, own, person, command, knots, curves):
     command[Command.GOAL_RADIUS] = _ARRIVED
     command[Command.HAS_GOAL] = 1.0
     command[Command.DESIRED_SPEED] = speed
-    command[Command.MAX_SPEED] = max(
-        speed, math.hypot(person[VX], person[VY])
-    )
+    command[Command.MAX_SPEED] = max(speed, math.hypot(person[VX], person[VY]))
 
 
 @jit_as(

@@ -43,7 +43,9 @@ def walking_groups(tracks: Tracks) -> list[int]:
         own = slice(first - times[i][0], end - times[i][0])
         others = slice(first - times[k][0], end - times[k][0])
         apart = np.hypot(*(places[i][own] - places[k][others]).T).mean()
-        unlike = np.hypot(*(velocities[i][own] - velocities[k][others]).T).mean()
+        unlike = np.hypot(
+            *(velocities[i][own] - velocities[k][others]).T
+        ).mean()
         if apart < _NEAR and unlike < _ALIKE:
             old, new = root[k], root[i]
             root = [new if it == old else it for it in root]

@@ -70,8 +70,8 @@ def plot_trajectories(
     mark equal time steps, with the time in seconds. With several runs each
     robot has a color, and the people of the first run are thin gray lines. In
     a single run each person has a color; with more than six people each
-    behavior has one. Thick lines are recorded people whom the motion model
-    moves. With more than six people, names are at the start positions if there is room.
+    behavior has one, and names are at the start positions if there is room.
+    Thick lines are recorded people whom the motion model moves.
 
     Args:
         data: One run, or several.

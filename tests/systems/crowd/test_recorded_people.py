@@ -23,7 +23,7 @@ TIMES = np.arange(0.0, 12.1, 0.4)
 CURVE = Track(
     1, TIMES, np.column_stack([1.2 * TIMES - 6, 0.3 * np.sin(0.7 * TIMES)])
 )
-LATE = Track(2, TIMES[5:20], CURVE.positions[5:20] + [0.0, 3.0])
+LATE = Track(2, TIMES[5:20], CURVE.positions[5:20] + np.array([0.0, 3.0]))
 STILL = Track(
     3, TIMES, np.column_stack([np.maximum(TIMES - 6.0, 0.0), 0.0 * TIMES])
 )
@@ -186,9 +186,7 @@ def test_time_passes_for_reactive_people_who_stood():
 
 def test_others_make_way_for_people_whose_states_are_given():
     listed = HumanConfig(pose=[0.0, 0.05, 0.0])
-    humans, _ = run(
-        make([CURVE], "blind", [listed]), lambda k: FAR, 200
-    )
+    humans, _ = run(make([CURVE], "blind", [listed]), lambda k: FAR, 200)
     apart = np.hypot(*(humans[:, 0, :2] - humans[:, 1, :2]).T)
     both = human(CURVE).contact_radius + listed.contact_radius
     assert apart.min() < both + 0.1
@@ -243,7 +241,9 @@ def test_the_rest_of_a_command_passes():
 
 
 def test_ports():
-    dut = RecordedPeople([CURVE, None], [human(CURVE), HumanConfig(pose=[0, 0, 0])])
+    dut = RecordedPeople(
+        [CURVE, None], [human(CURVE), HumanConfig(pose=[0, 0, 0])]
+    )
     sizes = {
         dut.get_output_port(i).get_name(): dut.get_output_port(i).size()
         for i in range(dut.num_output_ports())
