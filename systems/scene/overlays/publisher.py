@@ -126,9 +126,10 @@ class OverlayPublisher(LeafSystem):
     Port `human_states` takes the states of `n` people (size 7n), `robot_state`
     that of the robot (size 7), `behavior_status` n numbers, 0 for people who do
     not react, `replay` n rows of `layout.REPLAY_SIZE`, `forces` 16n numbers
-    (see `layout.FORCES`), `planner_path`, abstract, an array (k, 2) or (k, 3) of points in W, `local_costmap` and
-    `global_costmap`, abstract, a `Costmap` each, and `scan` the distances of a
-    lidar's rays (only if there are rays). Without a robot there are no ports of
+    (see `layout.FORCES`), `planner_path`, abstract, an array (k, 2) or (k, 3)
+    of points in W, `local_costmap` and `global_costmap`, abstract, a `Costmap`
+    each, and `scan` the distances of a lidar's rays (only if there are rays).
+    Without a robot there are no ports of
     it and its planner. All ports except the states may be unconnected.
 
     It has no state; Meshcat holds what is drawn. It publishes every `period`,
