@@ -45,12 +45,18 @@ def _load(
     smooth: float | None,
 ) -> Tracks:
     tracks = ReadTracks(Path(file), format, fps=fps, unit=unit).split()
-    tracks = tracks.between(start, math.inf if end is None else end)
+    within = tracks.between(start, math.inf if end is None else end)
+    if not within.people:
+        first = min(it.times[0] for it in tracks.people)
+        last = max(it.times[-1] for it in tracks.people)
+        until = "on" if end is None else f"to {end:g} s"
+        raise ValueError(
+            f"{file}: nobody is there from {start:g} s {until}; the recording"
+            f" is from {first:g} to {last:g} s"
+        )
     if smooth is not None:
-        tracks = tracks.smoothed(smooth or None)
-    if not tracks.people:
-        raise ValueError(f"{file}: nobody is there from {start:g} s on")
-    return tracks
+        within = within.smoothed(smooth or None)
+    return within
 
 
 def track_of(config: TrackConfig) -> Track:
