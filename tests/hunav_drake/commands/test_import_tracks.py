@@ -24,7 +24,8 @@ def test_writes_a_scenario_that_runs(tmp_path, capsys):
     assert scenario.simulation.duration == 12.0
     # Along the longer side.
     start, goal = scenario.robot.start, scenario.robot.goal
-    assert goal[0] - start[0] > 8 and start[1:] == goal[1:]
+    assert goal[0] - start[0] > 8
+    assert start[1:] == goal[1:]
     main(["check", str(output)])
     assert "ok (5 people" in capsys.readouterr().out
     scenario.simulation.duration = 0.5
