@@ -4,15 +4,21 @@ import dataclasses
 import functools
 import math
 import os
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
-from hunav_drake.systems.people.track_groups import walking_groups
+from hunav_drake.systems.people.track_groups import (
+    nearest_others,
+    walking_groups,
+)
 from hunav_drake.systems.people.tracks import WALKING, Track, Tracks, motion_at
 from hunav_drake.tracks.files import ReadTracks
+
+# The least radius of the body of a recorded person, in meters.
+_SMALLEST_BODY = 0.1
 
 
 def load_tracks(config: TracksConfig) -> Tracks:
@@ -23,28 +29,35 @@ def load_tracks(config: TracksConfig) -> Tracks:
         ValueError: If it is not valid, or nobody is there.
     """
     status = os.stat(config.file)
-    return _load(
+    reading = _Reading(
         *(config.file, status.st_mtime_ns, status.st_size, status.st_ino),
         *(config.format, config.fps, config.unit, config.start),
         *(config.end, config.smooth),
     )
+    return _load(reading)
 
 
-# The arguments have all that the result depends on.
+class _Reading(NamedTuple):
+    """All that tracks depend on: the state of a file, and options."""
+
+    file: str
+    changed: int
+    size: int
+    number: int
+    format: str
+    fps: float | None
+    unit: str | None
+    start: float
+    end: float | None
+    smooth: float | None
+
+
 @functools.lru_cache(maxsize=8)
-def _load(
-    file: str,
-    _time: int,
-    _size: int,
-    _number: int,
-    format: str,
-    fps: float | None,
-    unit: str | None,
-    start: float,
-    end: float | None,
-    smooth: float | None,
-) -> Tracks:
-    tracks = ReadTracks(Path(file), format, fps=fps, unit=unit).split()
+def _load(reading: _Reading) -> Tracks:
+    file, start, end = reading.file, reading.start, reading.end
+    tracks = ReadTracks(
+        file, reading.format, fps=reading.fps, unit=reading.unit
+    ).split()
     within = tracks.between(start, math.inf if end is None else end)
     if not within.people:
         first = min(it.times[0] for it in tracks.people)
@@ -54,8 +67,8 @@ def _load(
             f"{file}: nobody is there from {start:g} s {until}; the recording"
             f" is from {first:g} to {last:g} s"
         )
-    if smooth is not None:
-        within = within.smoothed(smooth or None)
+    if reading.smooth is not None:
+        within = within.smoothed(reading.smooth or None)
     return within
 
 
@@ -78,7 +91,11 @@ def track_of(config: TrackConfig) -> Track:
 
 
 def with_track(human: HumanConfig) -> HumanConfig:
-    """Returns a person with the pose, goal and speed of its recording, if any.
+    """Returns a person with pose, goal, speed and body of its recording.
+
+    The radius of the body, unless it is given, is at most half of the least
+    distance from any other recorded person, but 0.1 m or more: so nobody who
+    was recorded overlaps others. A person without a track stays as it is.
 
     Raises: As `track_of`.
     """
@@ -90,12 +107,17 @@ def with_track(human: HumanConfig) -> HumanConfig:
     walking = speeds[speeds > WALKING]
     (x, y), (goal_x, goal_y) = track.positions[[0, -1]].tolist()
     speed = float(walking.mean()) if len(walking) else 0.0
+    room = _nearest(load_tracks(human.track))[track.id] / 2
+    body = human.body_radius
+    if body is None:
+        body = min(human.contact_radius, max(room, _SMALLEST_BODY))
     return dataclasses.replace(
         human,
         pose=(x, y, float(motion.yaws[0])),
         goals=[(goal_x, goal_y)],
         desired_speed=min(speed, 10.0),
         max_speed=None,
+        body_radius=body,
     )
 
 
@@ -131,6 +153,6 @@ def people_of(
     ]
 
 
-@functools.lru_cache(maxsize=8)
-def _groups(tracks: Tracks) -> list[int]:
-    return walking_groups(tracks)
+# (The tracks of a file are one object.)
+_groups = functools.lru_cache(maxsize=8)(walking_groups)
+_nearest = functools.lru_cache(maxsize=8)(nearest_others)

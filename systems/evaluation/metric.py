@@ -81,6 +81,9 @@ Direction = Literal["lower", "higher", "none"]
 Result = float | tuple[float, Array] | Array
 MetricFunction = Callable[[Recording], Result]
 
+# The family of metrics of recorded people.
+REPLAY_FAMILY = "replay"
+
 # The kinds of NumPy types that are real numbers.
 _REAL = "buif"
 
@@ -100,8 +103,6 @@ class Metric:
         function: The function that computes it.
         reduce: The function from the series that `function` returns to the
             value.
-        needs: The field of a recording without which it has no value; then it
-            is in no family.
     """
 
     name: str
@@ -113,7 +114,6 @@ class Metric:
     aliases: tuple[str, ...]
     function: MetricFunction
     reduce: Callable[[Array], float] | None
-    needs: str = ""
 
     def compute(self, recording: Recording) -> tuple[float, Array | None]:
         """Returns the value, and its series (N + 1,) if it has one.
@@ -182,7 +182,6 @@ def register_metric[F: Callable[[Recording], Any]](
     aliases: Iterable[str] = (),
     definition: str | None = None,
     reduce: Callable[[Array], float] | None = None,
-    needs: str = "",
 ) -> Callable[[F], F]:
     """Registers a function of a recording as a metric.
 
@@ -201,7 +200,6 @@ def register_metric[F: Callable[[Recording], Any]](
         definition: Its description; the function's docstring by default. Lists
             show its first line.
         reduce: The function from the series to the value.
-        needs: The field of a recording that it needs: see `Metric`.
 
     Returns:
         A decorator that returns the function unchanged.
@@ -240,7 +238,6 @@ def register_metric[F: Callable[[Recording], Any]](
             aliases=aliases,
             function=function,
             reduce=reduce,
-            needs=needs,
         )
         return function
 
@@ -317,8 +314,8 @@ def select_metrics(
     Args:
         names: Names of metrics, their aliases, families, "paper" for the 28
             of HuNavSim's Table I, or "all".
-        recording: The recording that they are for: metrics that need what it
-            lacks are left out, unless they are named.
+        recording: The recording that they are for: without recorded people,
+            those of the family "replay" are left out, unless they are named.
 
     Returns:
         Each metric once, in the order of the names.
@@ -339,8 +336,8 @@ def select_metrics(
                 m.name: m
                 for m in selections[name]
                 if recording is None
-                or not m.needs
-                or getattr(recording, m.needs) is not None
+                or m.family != REPLAY_FAMILY
+                or recording.replay is not None
             }
         else:
             raise ValueError(_unknown(name))

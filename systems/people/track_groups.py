@@ -1,9 +1,10 @@
-"""Groups of recorded people, found by geometry."""
+"""What recorded people have in common: groups, and room for bodies."""
 
 import itertools
 
 import numpy as np
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.people.tracks import Tracks, motion_at
 
 # People walk together who are, on average over the time when both are there,
@@ -54,3 +55,30 @@ def walking_groups(tracks: Tracks) -> list[int]:
         numbers.setdefault(it, len(numbers)) if root.count(it) > 1 else -1
         for it in root
     ]
+
+
+def nearest_others(tracks: Tracks) -> dict[int, float]:
+    """Returns the least distance of each person from any other, in meters.
+
+    The keys are the numbers of people. It is infinite for people who are alone.
+    """
+    found = {it.id: np.inf for it in tracks.people}
+    sampled = tracks.resampled(_PERIOD).people
+    if not sampled:
+        return found
+    ids = np.repeat(
+        [it.id for it in sampled], [len(it.times) for it in sampled]
+    )
+    steps = np.concatenate([np.round(it.times / _PERIOD) for it in sampled])
+    places = np.concatenate([it.positions for it in sampled])
+    order = np.argsort(steps, kind="stable")
+    starts = np.flatnonzero(np.diff(steps[order])) + 1
+    for rows in np.split(order, starts):
+        dx, dy = (column[:, None] - column for column in places[rows].T)
+        apart: Array = np.hypot(dx, dy)
+        np.fill_diagonal(apart, np.inf)
+        for person, away in zip(
+            ids[rows].tolist(), apart.min(axis=1).tolist(), strict=True
+        ):
+            found[person] = min(found[person], away)
+    return found

@@ -6,12 +6,10 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import REACTIVE, REPLAYED
-from hunav_drake.systems.evaluation.metric import register_metric
+from hunav_drake.systems.evaluation.metric import REPLAY_FAMILY, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 
-_metric = partial(
-    register_metric, family="replay", source="hunav_drake", needs="replay"
-)
+_metric = partial(register_metric, family=REPLAY_FAMILY, source="hunav_drake")
 
 
 def _rows(recording: Recording) -> Array:
