@@ -26,7 +26,7 @@ robot: {start: [8, -0.5, 1.57], goal: [8, 11, 1.57]}
 evaluator: {period: 0.05}
 simulation: {duration: 40}
 """
-SIZE = (400, 330)
+SIZE = (320, 264)
 PERIOD = 0.2
 
 
