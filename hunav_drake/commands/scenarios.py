@@ -253,11 +253,8 @@ def _import_tracks(options: argparse.Namespace) -> int:
         scenario = import_tracks(config, start=start, goal=goal)
     # Paths are relative to the file that is written.
     folder = options.output.parent if options.output else "."
-    file = os.path.relpath(options.tracks, folder)
-    tracks = dataclasses.replace(scenario.population.tracks, file=file)
-    scenario.population = dataclasses.replace(
-        scenario.population, tracks=tracks
-    )
+    tracks = scenario.population.tracks or config
+    tracks.file = os.path.relpath(options.tracks, folder)
     done = f"Wrote {scenario.description} to {options.output}"
     return write_output(SaveScenario(scenario), options, done)
 

@@ -61,6 +61,12 @@ def _known_people(scenario: Scenario) -> list[HumanConfig]:
     return [*listed, *people_of(tracks, max([-1, *groups]) + 1)]
 
 
+def has_recorded_people(scenario: Scenario) -> bool:
+    """Returns whether any person of a scenario follows a recording."""
+    listed = any(human.track is not None for human in scenario.humans)
+    return listed or scenario.population.tracks is not None
+
+
 def people_seed(scenario: Scenario) -> int | None:
     """Returns the seed of the trial if it draws the people, else None.
 
