@@ -3,7 +3,13 @@
 import pytest
 
 from hunav_drake.systems.common.registry import Registry
+from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.world.furniture import FURNITURE
+
+# The metrics of trials without recorded people.
+COMMON_METRICS = {
+    name: it for name, it in METRICS.items() if it.family != "replay"
+}
 
 
 def shipped(registry: Registry) -> list[str]:

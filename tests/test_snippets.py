@@ -136,6 +136,7 @@ def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page, tmp_path):
     (tmp_path / "my_robot" / "package.xml").write_text("<package/>")
     (work / "rack.sdf").write_text(RACK)
     write_map(work, ["####", "#..#", "####"], name="house", origin=[9, 9, 0])
+    write_tracks(work / "zara01.txt")
     for block in snippets(page, "yaml"):
         if re.search(r"^scenarios:", block, re.M):
             text = re.sub(r"[\w/]+\.yaml", "cafe", block)

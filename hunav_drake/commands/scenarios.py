@@ -58,10 +58,14 @@ def add_schema_options(schema: argparse.ArgumentParser) -> None:
 
 def add_import_options(importing: argparse.ArgumentParser) -> None:
     """Adds the options of `hunav import`."""
+    importing.description = (
+        "Writes a scenario of HuNavSim's people, or of recorded ones."
+    )
     importing.set_defaults(function=_import)
     importing.add_argument(
-        "agents", type=Path, help="the agents.yaml of HuNavSim"
+        "agents", type=Path, nargs="?", help="the agents.yaml of HuNavSim"
     )
+    _add_tracks_options(importing.add_argument_group("recorded people"))
     importing.add_argument(
         "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
     )
@@ -86,6 +90,34 @@ def add_import_options(importing: argparse.ArgumentParser) -> None:
         help="hunavsim: people move as in HuNavSim, with all differences",
     )
     add_output_options(importing)
+
+
+def _add_tracks_options(group: "argparse._ArgumentGroup") -> None:
+    """Adds the options of recorded people, named like keys of `tracks`."""
+    group.add_argument(
+        "--tracks",
+        type=Path,
+        metavar="FILE",
+        help="a file of recorded people, instead of agents.yaml: see `hunav"
+        " tracks`",
+    )
+    group.add_argument("--format", metavar="NAME", help="its format")
+    for name, word, text in (
+        ("--fps", "N", "frames per second, where the file does not say"),
+        ("--from", "T", "the time at which the trial begins, in seconds"),
+        ("--to", "T", "the time at which the replay ends, in seconds"),
+        ("--smooth", "SIGMA", "noise to take out, in m; 0: as estimated"),
+        ("--on", "D", "distance of a hand-over, in meters (default: 2)"),
+        ("--off", "D", "distance of the way back, in meters (default: 3)"),
+    ):
+        key = {"--from": "start_time", "--to": "end_time"}.get(name, name[2:])
+        group.add_argument(name, dest=key, type=float, metavar=word, help=text)
+    group.add_argument("--unit", metavar="U", help="m, cm or mm")
+    group.add_argument(
+        "--mode",
+        choices=("blind", "hand_over", "reactive"),
+        help="whether people react to the robot (default: hand_over, near it)",
+    )
 
 
 def add_new_options(new: argparse.ArgumentParser) -> None:
@@ -133,12 +165,16 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from hunav_drake.systems.common.registry import name_of
+    from hunav_drake.tracks.recorded import load_tracks
 
     def describe(name: str) -> str:
         if options.fix:
             _fix(Path(name))
         scenario = load_scenario(name, options, ways=True)
-        people = len(scenario.humans) + scenario.population.number
+        population = scenario.population
+        people = len(scenario.humans) + population.number
+        if population.tracks is not None:
+            people += len(load_tracks(population.tracks).people)
         sound[name] = scenario
         return (
             f"{people} {'person' if people == 1 else 'people'},"
@@ -189,7 +225,48 @@ def _schema(options: argparse.Namespace) -> int:
     return write_output(f"{text}\n", options, done)
 
 
+def _import_tracks(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario import SaveScenario
+    from hunav_drake.scenario.recorded_scenario import import_tracks
+    from hunav_drake.systems.people.track_config import TracksConfig
+
+    if options.metrics or options.map or options.profile != "default":
+        raise InputError(
+            "--metrics, --map and --profile are for an agents.yaml of HuNavSim;"
+            " leave them out with --tracks"
+        )
+    given = {
+        "format": options.format,
+        "fps": options.fps,
+        "unit": options.unit,
+        "start": options.start_time,
+        "end": options.end_time,
+        "smooth": options.smooth,
+        "mode": options.mode,
+        "on": options.on,
+        "off": options.off,
+    }
+    given = {key: it for key, it in given.items() if it is not None}
+    start, goal = options.start, options.goal
+    with input_errors(ValueError, place=options.tracks):
+        config = TracksConfig(file=str(options.tracks), **given)
+        scenario = import_tracks(config, start=start, goal=goal)
+    # Paths are relative to the file that is written.
+    folder = options.output.parent if options.output else "."
+    tracks = scenario.population.tracks or config
+    tracks.file = os.path.relpath(options.tracks, folder)
+    done = f"Wrote {scenario.description} to {options.output}"
+    return write_output(SaveScenario(scenario), options, done)
+
+
 def _import(options: argparse.Namespace) -> int:
+    if (options.agents is None) == (options.tracks is None):
+        raise InputError(
+            "give either the agents.yaml of HuNavSim, or --tracks FILE with"
+            " recorded people"
+        )
+    if options.tracks is not None:
+        return _import_tracks(options)
     from hunav_drake.hunavsim.agents_yaml import ImportAgents
     from hunav_drake.hunavsim.import_notes import LeftOut, group_notes
     from hunav_drake.scenario import SaveScenario, ScenarioError

@@ -8,10 +8,11 @@ from hunav_drake.runs.formula import formula_name, names_in
 from hunav_drake.runs.suite import Suite, planner_overrides
 from hunav_drake.scenario import Fault, Scenario
 from hunav_drake.scenario.error import Finding
-from hunav_drake.scenario.population import draw_people
+from hunav_drake.scenario.population import draw_people, has_recorded_people
 from hunav_drake.scenarios import shipped_names
 from hunav_drake.systems.behavior import BEHAVIORS
 from hunav_drake.systems.common.suggest import did_you_mean, shown, suggestion
+from hunav_drake.systems.evaluation.metric import REPLAY_FAMILY
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.people.behavior_choice import behavior_name
 from hunav_drake.systems.planning import PLANNERS
@@ -131,8 +132,11 @@ def _metric_faults(name: str, scenarios: Iterable[Scenario]) -> Iterator[str]:
         yield f"there is no metric {shown(name)}{near}"
         return
     for scenario in scenarios:
-        computed = select_metrics(scenario.evaluator.metrics)
-        if name not in (it.name for it in computed):
+        chosen = scenario.evaluator.metrics
+        lacks = METRICS[name].family == REPLAY_FAMILY and name not in chosen
+        if name not in (it.name for it in select_metrics(chosen)) or (
+            lacks and not has_recorded_people(scenario)
+        ):
             yield (
                 f"{shown(name)} is not computed in {scenario.name}; add it to"
                 " evaluator.metrics there"

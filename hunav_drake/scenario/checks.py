@@ -1,6 +1,6 @@
 """Checks of a scenario as a whole."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 import math
 from typing import Any
 import warnings
@@ -32,8 +32,14 @@ from hunav_drake.systems.people.behavior_choice import (
 )
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.profile import ProfileName
+from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
+from hunav_drake.systems.people.tracks import Track
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import CameraConfig, LidarConfig
+from hunav_drake.tracks.recorded import load_tracks, track_of
+
+# Times that differ by less are the same, in seconds.
+_SAME_TIME = 1e-9
 
 _MAX_UNKNOWN = 100  # At most so many unknown names get suggestions.
 
@@ -123,6 +129,9 @@ def check_people(scenario: Scenario) -> Iterator[Finding]:
             yield from _unique(scenario, names, human.name, loc, "name")
         if human.id is not None:
             yield from _unique(scenario, ids, human.id, loc, "id")
+        if human.track is not None:
+            # Its recording has its start and its speeds.
+            continue
         first = starts.setdefault(human.pose[:2], i)
         if first != i:
             other = path_text(scenario, ("humans", first))
@@ -139,6 +148,70 @@ def check_people(scenario: Scenario) -> Iterator[Finding]:
                 f" m/s), got {human.speed_limit:g}",
                 uses=((*loc, "desired_speed"),),
             )
+
+
+def check_tracks(scenario: Scenario) -> Iterator[Finding]:
+    """Finds recorded people who cannot be replayed."""
+    configs: list[tuple[Loc, TracksConfig]] = [
+        (("humans", i, "track"), human.track)
+        for i, human in enumerate(scenario.humans)
+        if human.track is not None
+    ]
+    if scenario.population.tracks is not None:
+        configs.append((("population", "tracks"), scenario.population.tracks))
+    told = set()
+    for loc, config in configs:
+        try:
+            tracks = load_tracks(config).people
+            if isinstance(config, TrackConfig):
+                tracks = (track_of(config),)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None)
+            message = f"{config.file}: {reason}" if reason else str(error)
+            if message not in told:
+                told.add(message)
+                yield Finding(loc, message)
+            continue
+        yield from _check_presence(scenario, loc, config, tracks)
+    for i, human in enumerate(scenario.humans):
+        if human.track is None:
+            continue
+        loc = ("humans", i)
+        if human.goals:
+            yield Finding(
+                (*loc, "goals"),
+                "must not be given to a person with a track, which has the goal"
+                " of its recording; leave them out",
+            )
+        if human.track.mode == "blind" and human.behavior != "regular":
+            yield Finding(
+                (*loc, "behavior"),
+                "must be regular for a person who follows a recording whatever"
+                f" the robot does, got {shown(human.behavior_name)}; leave it"
+                " out, or take the mode hand_over or reactive",
+                uses=((*loc, "track", "mode"),),
+            )
+
+
+def _check_presence(
+    scenario: Scenario, loc: Loc, config: TracksConfig, tracks: Sequence[Track]
+) -> Iterator[Finding]:
+    """Finds bodies of a plant that would come, leave, or be elsewhere."""
+    duration = scenario.simulation.duration
+    stays = all(
+        it.times[0] <= _SAME_TIME and it.times[-1] >= duration - _SAME_TIME
+        for it in tracks
+    )
+    if scenario.robot.physical and (config.mode != "blind" or not stays):
+        yield Finding(
+            loc,
+            "a physical robot needs recorded people with the mode blind who are"
+            f" there from the start to the end of the trial ({duration:g} s):"
+            " bodies of a MultibodyPlant cannot come and go; got robot"
+            f" {name_of(scenario.robot)!r}; take differential_drive, or a"
+            " shorter simulation.duration",
+            uses=(("robot",), ("simulation", "duration")),
+        )
 
 
 def check_epsilon(scenario: Scenario) -> Iterator[Finding]:
@@ -411,6 +484,7 @@ OWN_CHECKS: tuple[Check, ...] = (
 ALL_CHECKS: tuple[Check, ...] = (
     *OWN_CHECKS,
     *GEOMETRY_CHECKS,
+    check_tracks,
     check_population,
     check_names,
     check_robot,

@@ -39,6 +39,7 @@ def relate_files(data: Any, folder: Path) -> None:
 
 def _change_paths(data: Any, change: Change) -> None:
     _change_trees(data, change)
+    _change_tracks(data, change)
     _change_world_files(data, change)
     _change_model(data, change)
 
@@ -65,6 +66,19 @@ def _change_trees(data: Any, change: Change) -> None:
                 else tree: weight
                 for tree, weight in behaviors.items()
             }
+
+
+def _change_tracks(data: Any, change: Change) -> None:
+    """Changes the paths of recorded people."""
+    humans = child(data, "humans")
+    holders = [child(data, "population")]
+    holders += humans if isinstance(humans, list) else []
+    for holder in holders:
+        for key in ("track", "tracks"):
+            track = child(holder, key)
+            file = child(track, "file")
+            if isinstance(file, str) and file:
+                track["file"] = change(file)
 
 
 def _change_world_files(data: Any, change: Change) -> None:

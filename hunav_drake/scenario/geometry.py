@@ -208,6 +208,8 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
         goal = _Spot(("robot", "goal"), robot.goal[:2], robot.radius, body)
         spots.append(goal)
     for i, human in enumerate(scenario.humans):
+        if human.track is not None:
+            continue
         loc: Loc = ("humans", i)
         body = ((*loc, "radius"),)
         spots.append(_Spot((*loc, "pose"), human.pose[:2], human.radius, body))
@@ -221,6 +223,8 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
 def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:
     robot = scenario.robot
     for i, human in enumerate(scenario.humans):
+        if human.track is not None:
+            continue
         gap = math.dist(robot.start[:2], human.pose[:2])
         overlap = robot.radius + human.radius - gap
         if overlap > _SAME:

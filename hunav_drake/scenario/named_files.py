@@ -91,6 +91,14 @@ def named_files(scenario: Scenario) -> list[Path]:
         for field in dc.fields(scenario)
         if field.name not in ("humans", "population")
     ]
+    parts += [
+        tracks.file
+        for tracks in (
+            scenario.population.tracks,
+            *(human.track for human in scenario.humans),
+        )
+        if tracks is not None
+    ]
     here = Path.cwd()
     packages = _packages(plain(scenario.robot))
     found: dict[Path, None] = {}

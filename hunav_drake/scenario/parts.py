@@ -14,6 +14,7 @@ from hunav_drake.systems.people.population_config import (
     SourceConfig,
     SpeedDistribution,
 )
+from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
 from hunav_drake.systems.planning.planner import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotLimits
 from hunav_drake.systems.robot.robots import DifferentialDriveConfig
@@ -50,6 +51,8 @@ __all__ = [
     "SocialForceParameters",
     "SourceConfig",
     "SpeedDistribution",
+    "TrackConfig",
+    "TracksConfig",
     "VisiblePeopleConfig",
     "Wall",
     "World",

@@ -1,4 +1,4 @@
-"""The people of a scenario: listed and drawn at random."""
+"""The people of a scenario: listed, recorded and drawn at random."""
 
 from collections.abc import Iterator, Sequence
 import dataclasses as dc
@@ -15,16 +15,20 @@ from hunav_drake.systems.people.population import (
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.solids import WorldFileError
+from hunav_drake.tracks.recorded import load_tracks, people_of, with_track
 
 
 def draw_people(scenario: Scenario) -> list[HumanConfig]:
     """Returns all people of a scenario, with names and numbers.
 
-    The order is: listed people, cohorts of the population, arrivals at
-    sources. The pose of an arrival is a possible place of arrival.
+    The order is: listed people, recorded people of the population, its cohorts,
+    arrivals at sources. The pose of an arrival is a possible place of arrival,
+    that of a recorded person the first one of its recording.
 
     Raises:
         PopulationError: If there is no room for a person.
+        OSError: If a file of recorded people cannot be read.
+        ValueError: If it is not valid, or a person is not in it.
     """
     return with_drawn_people(scenario)[0].humans
 
@@ -36,17 +40,31 @@ def with_drawn_people(scenario: Scenario) -> tuple[Scenario, Traffic | None]:
         The scenario; and the arrivals at sources and departures at sinks,
         None if there are none.
 
-    Raises:
-        PopulationError: If there is no room for a person.
+    Raises: As `draw_people`.
     """
-    drawn = _draw(scenario)
+    known = _known_people(scenario)
+    drawn = _draw(scenario, known)
     listed = dc.replace(
-        scenario,
-        humans=[*scenario.humans, *drawn.people],
-        population=PopulationConfig(),
+        scenario, humans=[*known, *drawn.people], population=PopulationConfig()
     )
     traffic = drawn.traffic
-    return listed, traffic and traffic.after(len(scenario.humans))
+    return listed, traffic and traffic.after(len(known))
+
+
+def _known_people(scenario: Scenario) -> list[HumanConfig]:
+    """Returns the people who are not drawn: listed, then recorded ones."""
+    listed = [with_track(human) for human in scenario.humans]
+    tracks = scenario.population.tracks
+    if tracks is None:
+        return listed
+    groups = [human.group_id for human in listed]
+    return [*listed, *people_of(tracks, max([-1, *groups]) + 1)]
+
+
+def has_recorded_people(scenario: Scenario) -> bool:
+    """Returns whether any person of a scenario follows a recording."""
+    listed = any(human.track is not None for human in scenario.humans)
+    return listed or scenario.population.tracks is not None
 
 
 def people_seed(scenario: Scenario) -> int | None:
@@ -60,22 +78,21 @@ def people_seed(scenario: Scenario) -> int | None:
     return scenario.simulation.seed if follows else None
 
 
-def _draw(scenario: Scenario) -> Drawn:
+def _draw(scenario: Scenario, known: Sequence[HumanConfig]) -> Drawn:
     if not scenario.population.number:
         return Drawn([], None)
     population = scenario.population
     if population.seed is None:
         population = dc.replace(population, seed=people_seed(scenario))
     robot = scenario.robot
-    taken = [(*human.pose[:2], human.radius) for human in scenario.humans]
+    taken = [(*human.pose[:2], human.radius) for human in known]
     taken.append((*robot.start[:2], robot.radius))
     return draw_with_traffic(
         population,
         scenario.world.obstacles(),
         taken=taken,
         first_group_id=_first_free(
-            [human.group_id for human in scenario.humans],
-            scenario.population.number,
+            [human.group_id for human in known], scenario.population.number
         ),
     )
 
@@ -109,10 +126,19 @@ def check_population(scenario: Scenario) -> Iterator[Finding]:
         ("population", "seed"),
         ("simulation", "seed"),
     )
-    if not scenario.population.number:
+    population = scenario.population
+    if not population.number and population.tracks is None:
         return
     try:
-        people = _draw(scenario).people
+        known = _known_people(scenario)
+    except (OSError, ValueError):
+        # The check of recorded people reports it.
+        return
+    try:
+        people = [
+            *known[len(scenario.humans) :],
+            *_draw(scenario, known).people,
+        ]
     except PopulationError as error:
         for fault in error.faults:
             loc: Loc = ("population", fault.kind, fault.cohort, fault.key)
@@ -133,6 +159,12 @@ def _check_names(
 ) -> Iterator[Finding]:
     listed = {h.name: i for i, h in enumerate(scenario.humans) if h.name}
     drawn = iter(people)
+    if (tracks := scenario.population.tracks) is not None:
+        recorded = len(load_tracks(tracks).people)
+        names = [next(drawn).name for _ in range(recorded)]
+        name = next((it for it in names if it in listed), None)
+        if name is not None:
+            yield _clash(scenario, ("population", "tracks"), name, listed)
     for kind in ("cohorts", "sources"):
         for i, members in enumerate(getattr(scenario.population, kind)):
             # Of each cohort or source, the first clash is reported.
@@ -140,13 +172,21 @@ def _check_names(
             name = next((it for it in names if it in listed), None)
             if name is None:
                 continue
-            human: Loc = ("humans", listed[name])
-            yield Finding(
-                ("population", kind, i, "name"),
-                f"must not give a name that somebody has, but {shown(name)} is"
-                f" {path_text(scenario, human)}; rename one",
-                uses=((*human, "name"),),
-            )
+            loc: Loc = ("population", kind, i, "name")
+            yield _clash(scenario, loc, name, listed)
+
+
+def _clash(
+    scenario: Scenario, loc: Loc, name: str, listed: dict[str, int]
+) -> Finding:
+    """Returns the finding of people with the name of a listed one."""
+    human: Loc = ("humans", listed[name])
+    return Finding(
+        loc,
+        f"must not give a name that somebody has, but {shown(name)} is"
+        f" {path_text(scenario, human)}; rename one",
+        uses=((*human, "name"),),
+    )
 
 
 def check_areas(scenario: Scenario) -> Iterator[Finding]:

@@ -41,7 +41,8 @@ def _draws(scenario: Scenario) -> Iterator[str]:
     sources = [it for it in population.sources if it.rate]
     if people_seed(scenario) is not None:
         yield "population"
-    if scenario.simulation.start_jitter and (scenario.humans or cohorts):
+    listed = [it for it in scenario.humans if it.track is None]
+    if scenario.simulation.start_jitter and (listed or cohorts):
         yield "start jitter"
     people: list[HumanConfig | MembersConfig] = [*scenario.humans]
     people += [*cohorts, *sources]

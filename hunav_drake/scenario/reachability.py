@@ -205,6 +205,8 @@ def check_ways(scenario: Scenario) -> Iterator[Finding]:
                 uses=(("robot", "start"), ("robot", "radius"), ("world",)),
             )
     for i, human in enumerate(scenario.humans):
+        if human.track is not None:
+            continue
         radius = route_clearance([human.radius])
         loc: Loc = ("humans", i)
         for k, goal in enumerate(human.goals):

@@ -96,8 +96,9 @@ def MakeTrialDiagram(
         "velocity_command", "planner_status", "planner_path", "metrics",
         "recording", "trial_status", "query", the outputs of the sensors, such
         as "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`)
-        of a planner with maps, and "traffic" (see `OpenCrowd`) if people come
-        and go. For its scenario see `TrialDiagram`.
+        of a planner with maps, "traffic" (see `OpenCrowd`) if people come and
+        go, and "replay" (see `RecordedPeople`) if some are recorded. For its
+        scenario see `TrialDiagram`.
 
     Raises:
         ScenarioError: If the scenario cannot be simulated.
@@ -122,6 +123,7 @@ def MakeTrialDiagram(
         "contacts": robot.contacts,
         "robot_touches": humans.robot_touches,
         "wall_contact": robot.wall_contact,
+        "replay": humans.replay,
         "goal": goal,
     }
     sensed = AddSensors(builder, full, scene, given)
@@ -141,7 +143,8 @@ def MakeTrialDiagram(
         "trial_status": monitor.GetOutputPort("trial_status"),
         "query": scene.query_object,
     }
-    outputs = {**own, **sensed, **planner.costmaps, "traffic": humans.traffic}
+    some: Ports = {"traffic": humans.traffic, "replay": humans.replay}
+    outputs = {**own, **sensed, **planner.costmaps, **some}
 
     builder.Connect(planner.velocity_command, robot.velocity_command)
     builder.Connect(robot.robot_state, humans.robot_states)

@@ -24,6 +24,7 @@ from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
+from hunav_drake.tracks.recorded import track_of, with_track
 
 # For more people than this, one system holds all trees.
 MAX_SEPARATE_TREES = 10
@@ -44,6 +45,8 @@ class HumanPorts(NamedTuple):
             without traffic.
         robot_touches: How people and robots would collide if they were not
             kept apart: see `HumanCrowd`. None without robots.
+        replay: How recorded people are replayed: see `RecordedPeople`. None
+            without such people.
         labels: The label of each person in label images, if their figures
             were added to a SceneGraph.
     """
@@ -55,6 +58,7 @@ class HumanPorts(NamedTuple):
     traffic: OutputPort | None = None
     labels: tuple[int, ...] = ()
     robot_touches: OutputPort | None = None
+    replay: OutputPort | None = None
 
 
 class HumanOptions(TypedDict, total=False):
@@ -102,10 +106,12 @@ def MakeHumans(
     Returns:
         A diagram named "humans" of the systems "crowd" and "behaviors", or
         "crowd", "behavior_0" ..., and "commands" and "behavior_status" that
-        join their outputs, with the ports of `HumanPorts` by these names.
+        join their outputs, with the ports of `HumanPorts` by these names; and
+        "recorded", `RecordedPeople`, if people have a `track`.
 
     Raises:
         BehaviorTreeError: If a behavior is unknown or faulty.
+        OSError: If a file of recorded people cannot be read.
         ValueError: If an argument is out of its range, if two people have the
             same name or number, or if a person's `max_speed` is below the
             `desired_speed`.
@@ -122,7 +128,10 @@ def MakeHumans(
         obstacles = obstacles.obstacles()
     # Completed first, so that crowd and trees have the same numbers.
     config = options.get("config") or CrowdConfig()
-    humans = complete_people(humans, config.profile)
+    tracks = [None if it.track is None else track_of(it.track) for it in humans]
+    humans = complete_people(
+        [with_track(human) for human in humans], config.profile
+    )
     check_consistent(humans)
     if separate_trees is None:
         separate_trees = config.separate_trees
@@ -132,14 +141,22 @@ def MakeHumans(
     traffic = options.get("traffic")
     make_crowd: Any = HumanCrowd
     make_tree = BehaviorTree
-    if traffic is not None:
-        # Imported here: rarely used, and slow to load.
+    recorded = None
+    if any(tracks):
+        # Imported here, as below: rarely used, and slow to load.
+        from hunav_drake.systems.crowd.recorded_people import RecordedPeople
+
+        recorded = RecordedPeople(
+            tracks, humans, num_robots=num_robots, time_step=time_step
+        )
+    if traffic is not None or recorded is not None:
         from hunav_drake.systems.behavior.open_behavior_tree import (
             OpenBehaviorTree,
         )
         from hunav_drake.systems.crowd.open_crowd import OpenCrowd
 
-        make_crowd = partial(OpenCrowd, traffic=traffic)
+        first = None if recorded is None else recorded.StartRows()
+        make_crowd = partial(OpenCrowd, traffic=traffic, tracks=first)
         make_tree = OpenBehaviorTree
     crowd = builder.AddNamedSystem(
         "crowd",
@@ -180,15 +197,27 @@ def MakeHumans(
         builder.Connect(states, system.GetInputPort("human_states"))
     commands = _Join(builder, "commands", systems)
     status = _Join(builder, "behavior_status", systems)
+    users = [*systems]
+    if recorded is not None:
+        builder.AddNamedSystem("recorded", recorded)
+        builder.Connect(states, recorded.GetInputPort("human_states"))
+        builder.Connect(commands, recorded.GetInputPort("commands"))
+        commands = recorded.GetOutputPort("commands")
+        tracks_port = recorded.GetOutputPort("tracks")
+        builder.Connect(tracks_port, crowd.GetInputPort("tracks"))
+        builder.ExportOutput(recorded.GetOutputPort("replay"), "replay")
+        users.append(recorded)
     builder.Connect(commands, crowd.GetInputPort("commands"))
     builder.ExportOutput(states, "human_states")
     builder.ExportOutput(status, "behavior_status")
-    for name in ("forces", "traffic", "robot_touches"):
+    names = ["forces", "robot_touches"]
+    names += [] if traffic is None else ["traffic"]
+    for name in names:
         if crowd.HasOutputPort(name):
             builder.ExportOutput(crowd.GetOutputPort(name), name)
     if num_robots:
         builder.ExportInput(crowd.GetInputPort("robot_states"), "robot_states")
-        for system in systems:
+        for system in users:
             builder.ConnectInput(
                 "robot_states", system.GetInputPort("robot_states")
             )
@@ -320,7 +349,7 @@ def AddHumans(
         labels=labels,
         **{
             name: diagram.GetOutputPort(name)
-            for name in ("traffic", "robot_touches")
+            for name in ("traffic", "robot_touches", "replay")
             if diagram.HasOutputPort(name)
         },
     )

@@ -177,7 +177,8 @@ def MakeTrialResult(
     Raises:
         ValueError: If a name is unknown.
     """
-    names = [metric.name for metric in select_metrics(metric_names)]
+    metrics = select_metrics(metric_names, recording)
+    names = [metric.name for metric in metrics]
     found = _without_failures(lambda some: evaluate(recording, some), names)
     # Metrics that failed for all people are not tried again.
     by_behavior = _without_failures(

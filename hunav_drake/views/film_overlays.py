@@ -15,6 +15,7 @@ from hunav_drake.systems.scene.palette import (
     BODY_DISC,
     PROXEMIC_RINGS,
     REACTION,
+    RECORDED,
     ROBOT_ACCENT,
     TOPS,
 )
@@ -73,13 +74,15 @@ class FilmOverlays:
         self, floor: "_FloorLayer", shot: Shot, reacts: Mask
     ) -> None:
         sign = "reactions" in self._shown
-        for row, react in zip(shot.humans, reacts, strict=True):
+        follows = self._trial.Follows(shot.time)
+        for i, row in enumerate(shot.humans):
             if math.isnan(row[X]):
                 continue
             at, radius = row[[X, Y]], row[RADIUS]
             floor.Fill(at + circle(radius, 40), BODY_DISC)
-            if sign and react:
-                floor.Band(at, radius, radius + 0.09, REACTION)
+            if sign and (reacts[i] or follows[i]):
+                color = REACTION if reacts[i] else RECORDED
+                floor.Band(at, radius, radius + 0.09, color)
 
     def _DrawRings(self, floor: "_FloorLayer", shot: Shot) -> None:
         for row in shot.humans:

@@ -7,7 +7,12 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
-from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
+from hunav_drake.systems.scene.palette import (
+    REACTION,
+    RECORDED,
+    ROBOT_ACCENT,
+    TOPS,
+)
 from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
@@ -64,10 +69,12 @@ class PlanView:
             self._DrawGoals()
         if "walked" in self._shown:
             self._DrawWalked(time)
-        reacts = self._trial.Reacts(time)
+        reacts, follows = trial.Reacts(time), trial.Follows(time)
         for i, row in enumerate(humans):
             if not math.isnan(row[X]):
-                self._DrawPerson(i, row, bool(reacts[i]))
+                color = REACTION if reacts[i] else RECORDED
+                sign = color.rgba if reacts[i] or follows[i] else None
+                self._DrawPerson(i, row, sign)
         self._DrawBody(robot, ROBOT_ACCENT.rgba, zorder=6)
         if "clock" in self._shown:
             style = {"transform": ax.transAxes, "va": "top", "fontsize": 13}
@@ -108,12 +115,14 @@ class PlanView:
                 LineCollection(segments, colors=colors, lw=2, zorder=4)
             )
 
-    def _DrawPerson(self, i: int, row: np.ndarray, reacts: bool) -> None:
+    def _DrawPerson(
+        self, i: int, row: np.ndarray, sign: Sequence[float] | None
+    ) -> None:
         from matplotlib.patches import Circle
 
         place = row[[X, Y]]
-        if reacts and "reactions" in self._shown:
-            line = {"fill": False, "ec": REACTION.rgba, "lw": 2.5, "zorder": 5}
+        if sign is not None and "reactions" in self._shown:
+            line = {"fill": False, "ec": sign, "lw": 2.5, "zorder": 5}
             self._ax.add_patch(Circle(place, row[RADIUS] + 0.08, **line))
         self._DrawBody(row, TOPS[i % len(TOPS)].rgba, zorder=5)
         if "rings" in self._shown:

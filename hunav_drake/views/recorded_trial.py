@@ -10,7 +10,15 @@ from hunav_drake.runs.run_folders import RUNS, find_runs
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.layout import (
+    RADIUS,
+    REACTIVE,
+    REPLAYED,
+    STATE_SIZE,
+    YAW,
+    X,
+    Y,
+)
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
@@ -41,12 +49,32 @@ class RecordedTrial:
     scene: SceneConfig
 
     def Reacts(self, time: float) -> Mask:
-        """Returns whether people react to the robot at a time (s), (n,)."""
-        times, status = self.recording.times, self.recording.behavior_status
-        k = int(np.searchsorted(times, time + 1e-9, side="right")) - 1
-        if status is None:
-            return np.zeros(self.recording.num_humans, dtype=np.bool_)
-        return np.asarray(status[max(k, 0)] != 0)
+        """Returns whether people react to the robot at a time (s), (n,).
+
+        Recorded people do while the motion model moves them.
+        """
+        status = self.recording.behavior_status
+        reacts: Mask = self._Modes(time) == REACTIVE
+        if status is not None:
+            reacts |= np.asarray(status[self._Last(time)] != 0)
+        return reacts
+
+    def Follows(self, time: float) -> Mask:
+        """Returns whether people follow their recording at a time, (n,)."""
+        follows: Mask = self._Modes(time) == REPLAYED
+        return follows
+
+    def _Modes(self, time: float) -> Array:
+        replay = self.recording.replay
+        if replay is None:
+            return np.zeros(self.recording.num_humans)
+        modes: Array = replay[self._Last(time), :, 0]
+        return modes
+
+    def _Last(self, time: float) -> int:
+        """Returns the last sample at a time, in seconds."""
+        times = self.recording.times
+        return max(int(np.searchsorted(times, time + 1e-9, "right")) - 1, 0)
 
     @property
     def duration(self) -> float:

@@ -205,6 +205,15 @@ class Contact(IntEnum):
 
 CONTACT_SIZE = len(Contact)
 
+REPLAY_SIZE = 3
+"""A row of `replay` of a person is (mode, distance at equal time, distance at
+equal phase): the mode is 0 for a person who is not recorded or not here,
+`REPLAYED` for one who follows its recording, and `REACTIVE` for one who walks
+by the motion model; the distances are those from the recording now, and from
+its nearest place, in meters, -1 where there is none."""
+
+REPLAYED, REACTIVE = 1.0, 2.0
+
 CONTACT_PAUSE = 0.25
 """The time apart after which a contact is over, in seconds."""
 

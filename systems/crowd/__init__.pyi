@@ -15,4 +15,5 @@ from .motion_model import (
     register_motion_model as register_motion_model,
 )
 from .open_crowd import OpenCrowd as OpenCrowd, TrafficCounts as TrafficCounts
+from .recorded_people import RecordedPeople as RecordedPeople
 from .step import CrowdJacobian as CrowdJacobian

@@ -4,15 +4,17 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
+    InputPort,
     OutputPort,
     SystemScalarConverter,
 )
 
+from hunav_drake.systems.common.arrays import Mask
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
@@ -20,8 +22,11 @@ from hunav_drake.systems.common.layout import (
     RADIUS,
     STATE_SIZE,
     TOUCH_SIZE,
+    X,
+    Y,
     is_outside,
 )
+from hunav_drake.systems.common.ports import RequirePort
 from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.doors import (
     CAME,
@@ -35,11 +40,17 @@ from hunav_drake.systems.crowd.doors import (
 )
 from hunav_drake.systems.crowd.human_crowd import HumanCrowd
 from hunav_drake.systems.crowd.motion_model import Snapshot
+from hunav_drake.systems.crowd.replay import MASK, TRACK_SIZE
 from hunav_drake.systems.crowd.step import CrowdStep
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.traffic import Traffic
 
 Array = NDArray[Any]
+
+
+# Farther away from others than this, in meters, people whose states are given
+# have no effect: the default forces are below 0.01 m/s^2 there.
+_FELT = 15.0
 
 
 class TrafficCounts(NamedTuple):
@@ -74,6 +85,7 @@ class OpenCrowd(HumanCrowd):
         input_ports:
         - robot_states
         - commands
+        - tracks (optional)
         output_ports:
         - human_states
         - forces
@@ -95,6 +107,13 @@ class OpenCrowd(HumanCrowd):
     reached the sink that is their last goal are outside at once (or, at a sink
     that has a rate, when it is their turn), for a second at least.
 
+    Port ``tracks`` takes n rows (mask, x, y, yaw, vx, vy, omega): where the
+    mask is 1, the row is the state of the person at the end of the step,
+    whatever acts on it; a position of (OUTSIDE, OUTSIDE) takes it outside.
+    Others within 15 m feel such a person as any other, and make way for its
+    body. There is such a port only if the rows at the start are given: see
+    `RecordedPeople`.
+
     Besides that of a `HumanCrowd`, the discrete state holds: for each source,
     the columns of `doors.CAME` and following; n numbers, the least time that
     each person still stays outside, in seconds; and for each sink, the columns
@@ -108,7 +127,8 @@ class OpenCrowd(HumanCrowd):
         self,
         humans: Sequence[HumanConfig],
         *,
-        traffic: Traffic,
+        traffic: Traffic | None = None,
+        tracks: ArrayLike | None = None,
         time_step: float = 0.05,
         **options: Any,
     ) -> None:
@@ -116,15 +136,30 @@ class OpenCrowd(HumanCrowd):
 
         Args:
             humans: As of a `HumanCrowd`.
-            traffic: The sources and sinks of these people. The people of
-                sources are outside at the start.
+            traffic: The sources and sinks of these people; by default, none.
+                The people of sources are outside at the start.
+            tracks: The rows of port ``tracks`` at the start, shape (n, 7); by
+                default, there is no such port.
             time_step: The time between two updates, in seconds.
             options: The other options of a `HumanCrowd`.
 
         Raises:
-            ValueError: As `HumanCrowd`, and if the traffic is not of these
-                people.
+            ValueError: As `HumanCrowd`, and if traffic or tracks are not of
+                these people.
         """
+        n = len(humans)
+        if traffic is None:
+            nobody = np.full(n, -1), np.zeros((n, 2))
+            traffic = Traffic((), (), *nobody)
+        self._first_rows = np.zeros((n, TRACK_SIZE))
+        if tracks is not None:
+            self._first_rows = np.array(tracks, dtype=float)
+            if self._first_rows.shape != (n, TRACK_SIZE):
+                raise ValueError(
+                    f"tracks must have shape ({n}, {TRACK_SIZE}), got"
+                    f" {self._first_rows.shape}"
+                )
+        self._bodies = np.array([human.contact_radius for human in humans])
         self._doors = Doors(humans, traffic, time_step)
         HumanCrowd.__init__(
             self,
@@ -134,6 +169,9 @@ class OpenCrowd(HumanCrowd):
             converter=SystemScalarConverter(),
             **options,
         )
+        self._tracks = None
+        if tracks is not None:
+            self._tracks = self.DeclareVectorInputPort("tracks", n * TRACK_SIZE)
         sizes = (
             SOURCE_SIZE * len(traffic.sources),
             len(humans),
@@ -151,6 +189,14 @@ class OpenCrowd(HumanCrowd):
                 self.discrete_state_ticket(self._departures),
             },
         )
+
+    def get_tracks_input_port(self) -> InputPort:
+        """Returns the port with the given states of people.
+
+        Raises:
+            ValueError: If the crowd was made without.
+        """
+        return RequirePort(self, self._tracks, "tracks", "tracks=None")
 
     def get_traffic_output_port(self) -> OutputPort:
         """Returns the port with the numbers of people who came and went."""
@@ -193,12 +239,21 @@ class OpenCrowd(HumanCrowd):
         start, *parameters = HumanCrowd._Draw(self, seed)
         states = start.reshape(len(self._humans), -1)
         self._doors.start(states)
+        given = self._first_rows[:, MASK] != 0
+        states[given] = self._first_rows[given, MASK + 1 :]
         return states.ravel(), *parameters
 
     def _LookAtPresent(self, context: Context) -> _Present:
-        """Returns the people who are here, their step and their snapshot."""
+        """Returns the people who are here, their step and their snapshot.
+
+        People whose next states are given count only near others.
+        """
         state = self._GetState(context)
-        rows = np.flatnonzero(~is_outside(state))
+        here = ~is_outside(state)
+        if self._tracks is not None:
+            given = here & (self._GetTracks(context)[:, MASK] != 0)
+            here[given] = _is_near(state[given], state[here & ~given])
+        rows = np.flatnonzero(here)
         step = self._step.of(rows)
         commands = self._commands.Eval(context).reshape(-1, COMMAND_SIZE)
         weights = self.GetWeights(context)[rows]
@@ -218,6 +273,8 @@ class OpenCrowd(HumanCrowd):
         forces = np.zeros((len(self._humans), FORCES_SIZE))
         rows, step, snapshot = self._LookAtPresent(context)
         forces[rows] = step.forces(snapshot)
+        if self._tracks is not None:
+            forces[self._GetTracks(context)[:, MASK] != 0] = 0.0
         output.SetFromVector(forces.ravel())
 
     def _CalcOverlaps(self, context: Context, output: BasicVector) -> None:
@@ -238,7 +295,14 @@ class OpenCrowd(HumanCrowd):
             np.concatenate([per_source.ravel(), departures[:, LEFT]])
         )
 
+    def _GetTracks(self, context: Context) -> Array:
+        """Returns the rows of port ``tracks``."""
+        rows: Array = self.get_tracks_input_port().Eval(context)
+        return rows.reshape(-1, TRACK_SIZE)
+
     def _TakeStep(self, context: Context) -> tuple[Array, Array, Array]:
+        if self._tracks is not None:
+            return self._TakeGivenStep(context)
         states = self._GetState(context).copy()
         stances = self._GetStances(context).copy()
         robots = self._GetRobots(context)
@@ -247,6 +311,34 @@ class OpenCrowd(HumanCrowd):
         stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
         states[rows], stances[rows], touched = stepped
         touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
+        return states.ravel(), stances.ravel(), touches.ravel()
+
+    def _TakeGivenStep(self, context: Context) -> tuple[Array, Array, Array]:
+        """Returns a step in which the states of some people are given."""
+        before = self._GetState(context)
+        states, stances = before.copy(), self._GetStances(context).copy()
+        robots = self._GetRobots(context)
+        touches = np.zeros((len(robots), len(states), TOUCH_SIZE))
+        tracks = self._GetTracks(context)
+        given = tracks[:, MASK] != 0
+        here = ~is_outside(before)
+        nexts = tracks[:, MASK + 1 :]
+        if (here & ~given).any():
+            rows, step, snapshot = self._LookAtPresent(context)
+            come = given & ~is_outside(nexts)
+            stepped = step.advance_others(
+                *(snapshot, step.forces(snapshot), stances[rows], given[rows]),
+                np.column_stack([nexts, self._bodies])[come],
+            )
+            states[rows], stances[rows], touched = stepped
+            shape = len(robots), len(rows), TOUCH_SIZE
+            touches[:, rows] = touched.reshape(shape)
+        states[given], stances[given] = nexts[given], 0.0
+        stay = np.flatnonzero(given & here & ~is_outside(nexts))
+        if len(robots) and len(stay):
+            touches[:, stay] = self._step.of(stay).touches(
+                before[stay], states[stay], robots
+            )
         return states.ravel(), stances.ravel(), touches.ravel()
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -274,3 +366,10 @@ class OpenCrowd(HumanCrowd):
             (self._departures, after.departures),
         ):
             discrete_state.set_value(index, values.ravel())
+
+
+def _is_near(states: Array, others: Array) -> Mask:
+    """Returns whether people are near any of others, shape (n,)."""
+    dx, dy = (states[:, None, k] - others[:, k] for k in (X, Y))
+    near: Mask = (dx * dx + dy * dy <= _FELT * _FELT).any(axis=1)
+    return near

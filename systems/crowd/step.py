@@ -8,15 +8,21 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hunav_drake.systems.common.arrays import Mask
 from hunav_drake.systems.common.layout import (
     FORCES_SIZE,
     MOTION_SIZE,
     TOUCH_SIZE,
+    VX,
+    VY,
+    Y,
 )
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.crowd.bodies import hunavsim_step, whole_step
 from hunav_drake.systems.crowd.bodies.adaptation import Adaptation
 from hunav_drake.systems.crowd.bodies.bodies import ITERATIONS, Bodies
+from hunav_drake.systems.crowd.bodies.contacts import robot_touches
+from hunav_drake.systems.crowd.bodies.finish import for_each_robot
 from hunav_drake.systems.crowd.bodies.time_gap import keep_time_gap
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.crowd.limits import changed_to, limited, plain
@@ -303,6 +309,64 @@ class CrowdStep:
                 snapshot, forces, self._move(snapshot, forces), stances
             )
         )
+
+    def advance_others(
+        self,
+        snapshot: Snapshot,
+        forces: Array,
+        stances: Array,
+        given: Mask,
+        nexts: Array,
+    ) -> Stepped:
+        """Returns the result of a step in which some people's states are given.
+
+        Nothing acts on those. The others make way for them as for robots, whom
+        they cannot push. Nothing has derivatives.
+
+        Args:
+            snapshot: As in `advance`.
+            forces: As there; those on people with given states do not matter.
+            stances: As there.
+            given: Shape (n,), whether the state at the end of the step is
+                given. Others of that step may be outside before.
+            nexts: Shape (k, 7), rows of `human_states` with the radii of the
+                bodies: all people whose states are given and who are there at
+                the end of the step, also who come in.
+        """
+        time_step, robots = self._time_step, snapshot.robots
+        n, m = len(given), len(robots)
+        free = np.flatnonzero(~given)
+        after, stances = snapshot.states.copy(), stances.copy()
+        touches = np.zeros((m, n, TOUCH_SIZE))
+        stances[given] = 0.0
+        if len(free):
+            moving = nexts.copy()
+            moving[:, : Y + 1] -= time_step * nexts[:, [VX, VY]]
+            part = snapshot._replace(
+                states=snapshot.states[free],
+                radii=snapshot.radii[free],
+                command=snapshot.command[free],
+                robots=np.vstack([robots, moving]),
+            )
+            after[free], stances[free], touched = self._bodies.of(free).finish(
+                part,
+                forces[free],
+                self._move(snapshot, forces)[free],
+                stances[free],
+            )
+            touched = touched[: m * len(free)]
+            touches[:, free] = touched.reshape(m, -1, TOUCH_SIZE)
+        return Stepped(after, stances, touches.reshape(-1, TOUCH_SIZE))
+
+    def touches(
+        self, before: Array, after: Array, robots: Array
+    ) -> NDArray[np.float64]:
+        """Returns the touches (m, n, 2) of people whom nobody pushes."""
+        touches: NDArray[np.float64] = robot_touches(
+            *(before, for_each_robot(after, len(robots)), self._bodies.radii),
+            *(robots, self._time_step),
+        )
+        return touches.reshape(len(robots), -1, TOUCH_SIZE)
 
     def overlaps(self, states: Array, robots: Array) -> Array:
         """Returns the depths (n,) of other bodies in people's, in meters.

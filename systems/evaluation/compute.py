@@ -99,7 +99,7 @@ def compute_by_behavior(
         A row per behavior present, in the order of its first person, and a
         column per metric; the units are in `attrs["units"]`.
     """
-    names = [metric.name for metric in select_metrics(names)]
+    names = [metric.name for metric in select_metrics(names, recording)]
     table = behavior_table(evaluate_by_behavior(recording, names), names)
     table.attrs["units"] = {name: METRICS[name].unit for name in names}
     return table
@@ -109,7 +109,7 @@ def evaluate(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> Evaluation:
     """Computes metrics. Takes and raises the same as `compute_metrics`."""
-    metrics = select_metrics(names)
+    metrics = select_metrics(names, recording)
     results = {m.name: m.compute(recording) for m in metrics}
     return Evaluation(
         recording.times,
@@ -127,7 +127,7 @@ def evaluate_by_behavior(
     There is another series: `behavior_active` is 1 while any person of that
     behavior reacts to the robot.
     """
-    names = [metric.name for metric in select_metrics(names)]
+    names = [metric.name for metric in select_metrics(names, recording)]
     found = {}
     for behavior in dict.fromkeys(recording.behaviors):
         part = recording.only(behavior)

@@ -20,6 +20,7 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
+    REPLAY_SIZE,
     STATE_SIZE,
     YAW,
     Contact,
@@ -59,6 +60,7 @@ class Evaluator(LeafSystem):
         - contacts (optional)
         - wall_contact (optional)
         - goal (optional)
+        - replay (optional)
         - trigger (optional)
         output_ports:
         - metrics
@@ -70,7 +72,8 @@ class Evaluator(LeafSystem):
     is one of `layout.OUTSIDE`, which is recorded as a row of NaN. Port
     ``behavior_status`` takes ``n`` numbers that are 0 where a person's behavior
     does not react to the robot, ``contacts`` ``n`` rows of `layout.Contact`,
-    and ``wall_contact`` one such row of the walls. Port ``goal`` takes the goal
+    and ``wall_contact`` one such row of the walls. Port ``replay`` takes n rows
+    of `layout.REPLAY_SIZE`. Port ``goal`` takes the goal
     pose (x, y, yaw); if it is not connected or not finite, there is no goal.
 
     The recording begins as `EvaluatorConfig.start` says: "at_once";
@@ -148,6 +151,7 @@ class Evaluator(LeafSystem):
         self._contacts = declare("contacts", CONTACT_SIZE * self._n)
         self._wall_contact = declare("wall_contact", CONTACT_SIZE)
         self._goal = declare("goal", 3)
+        self._replay = declare("replay", REPLAY_SIZE * self._n)
         self._trigger = declare("trigger", 1)
         self._samples = self.DeclareAbstractState(
             AbstractValue.Make(Sample.start(self._n))
@@ -211,6 +215,10 @@ class Evaluator(LeafSystem):
         """Returns the port that takes the goal pose."""
         return self._goal
 
+    def get_replay_input_port(self) -> InputPort:
+        """Returns the port that takes the rows of recorded people."""
+        return self._replay
+
     def get_trigger_input_port(self) -> InputPort:
         """Returns the port that ends the recording, and may begin it."""
         return self._trigger
@@ -261,7 +269,7 @@ class Evaluator(LeafSystem):
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
         # Eval() returns new arrays, so the sample can keep them.
-        status = self._behavior_status
+        status, replay = self._behavior_status, self._replay
         return Sample(
             previous=last,
             time=context.get_time(),
@@ -269,6 +277,7 @@ class Evaluator(LeafSystem):
             humans=self._EvalHumans(context) if self._n else np.zeros(0),
             status=status.Eval(context) if status.HasValue(context) else None,
             contacts=self._EvalContacts(context),
+            replay=replay.Eval(context) if replay.HasValue(context) else None,
         )
 
     def _EvalContacts(self, context: Context) -> Array | None:

@@ -81,6 +81,9 @@ Direction = Literal["lower", "higher", "none"]
 Result = float | tuple[float, Array] | Array
 MetricFunction = Callable[[Recording], Result]
 
+# The family of metrics of recorded people.
+REPLAY_FAMILY = "replay"
+
 # The kinds of NumPy types that are real numbers.
 _REAL = "buif"
 
@@ -303,12 +306,16 @@ def _origin(function: Any) -> tuple[object, object]:
     )
 
 
-def select_metrics(names: Iterable[str]) -> list[Metric]:
+def select_metrics(
+    names: Iterable[str], recording: Recording | None = None
+) -> list[Metric]:
     """Returns the metrics of some names.
 
     Args:
         names: Names of metrics, their aliases, families, "paper" for the 28
             of HuNavSim's Table I, or "all".
+        recording: The recording that they are for: without recorded people,
+            those of the family "replay" are left out, unless they are named.
 
     Returns:
         Each metric once, in the order of the names.
@@ -325,7 +332,13 @@ def select_metrics(names: Iterable[str]) -> list[Metric]:
         if metric is not None:
             chosen[metric.name] = metric
         elif name in selections:
-            chosen |= {m.name: m for m in selections[name]}
+            chosen |= {
+                m.name: m
+                for m in selections[name]
+                if recording is None
+                or m.family != REPLAY_FAMILY
+                or recording.replay is not None
+            }
         else:
             raise ValueError(_unknown(name))
     return list(chosen.values())

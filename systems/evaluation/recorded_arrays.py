@@ -8,7 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    REPLAY_SIZE,
+    STATE_SIZE,
+)
 from hunav_drake.systems.evaluation.recording_checks import (
     LARGEST,
     check_increasing,
@@ -49,6 +53,7 @@ class RecordedArrays:
     contact_forces_known: bool = False
     hunavsim_forces: bool = False
     told_velocities: Array | None = None
+    replay: Array | None = None
 
     def __post_init__(self) -> None:
         times = checked_array("times", self.times, (None,))
@@ -74,6 +79,7 @@ class RecordedArrays:
             "told_velocities": (samples, n + 1, 2),
             "contacts": (samples, n, CONTACT_SIZE),
             "wall_contact": (samples, CONTACT_SIZE),
+            "replay": (samples, n, REPLAY_SIZE),
         }
         for name, shape in optional.items():
             if getattr(self, name) is not None:

@@ -71,6 +71,8 @@ class Recording(RecordedArrays):
             messages, whose speeds and velocities disagree: the velocities (vx,
             vy) of the robot (row 0) and of each person, NaN for missing ones.
             HuNavSim's forces use them.
+        replay: Shape (N + 1, n, 3), the rows of `layout.REPLAY_SIZE`; None
+            without recorded people.
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
@@ -122,8 +124,9 @@ class Recording(RecordedArrays):
             values[name] = values[name][:, chosen]
         for name in ("human_names", "human_ids", "behaviors", "group_ids"):
             values[name] = tuple(values[name][i] for i in chosen)
-        if self.contacts is not None:
-            values["contacts"] = self.contacts[:, chosen]
+        for name in ("contacts", "replay"):
+            if values[name] is not None:
+                values[name] = values[name][:, chosen]
         rows = [0, *(1 + i for i in chosen)]
         for name in ("nearest_walls", "told_velocities"):
             if values[name] is not None:
@@ -145,7 +148,7 @@ class Recording(RecordedArrays):
         values["times"] = np.concatenate([self.times, later])
         for name in (
             *("robot", "humans", "behavior_status", "nearest_walls"),
-            *("contacts", "wall_contact", "told_velocities"),
+            *("contacts", "wall_contact", "told_velocities", "replay"),
         ):
             rows = values[name]
             if rows is not None:

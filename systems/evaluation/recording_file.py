@@ -46,6 +46,7 @@ _OPTIONAL = {
     "contact_forces_known": (_YES_NO, 0),
     "hunavsim_forces": (_YES_NO, 0),
     "told_velocities": (_NUMBER, 3),
+    "replay": (_NUMBER, 3),
 }
 
 

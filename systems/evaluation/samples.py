@@ -12,7 +12,13 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import (
+    CONTACT_SIZE,
+    REPLAY_SIZE,
+    STATE_SIZE,
+    X,
+    Y,
+)
 from hunav_drake.systems.evaluation.features import CONTACT_GAP, surface_gaps
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -50,6 +56,8 @@ class Sample:
     # The rows of contacts, shape (8n,), if any, optionally followed by one row
     # of the walls. Samples share them while they do not change.
     contacts: Array | None = None
+    # The rows of recorded people, shape (3n,), if any.
+    replay: Array | None = None
     # The number of samples up to this one, and the time of the first.
     count: int = field(init=False, default=0)
     first_time: float = field(init=False, default=-math.inf)
@@ -92,6 +100,8 @@ class Sample:
         given: dict[str, Array] = {}
         if nodes and all(node.contacts is not None for node in nodes):
             given["contacts"] = np.array([node.contacts for node in nodes])
+        if nodes and all(node.replay is not None for node in nodes):
+            given["replay"] = np.array([node.replay for node in nodes])
         return given | {
             "times": np.array([node.time for node in nodes]),
             "robot": robot.reshape(-1, STATE_SIZE),
@@ -112,6 +122,7 @@ class Sample:
         node = self.start(self._num_humans)
         status = iter(arrays["status"])
         contacts = iter(arrays.get("contacts", ()))
+        replay = iter(arrays.get("replay", ()))
         for time, robot, humans, has_status in zip(
             arrays["times"].tolist(),
             arrays["robot"],
@@ -126,6 +137,7 @@ class Sample:
                 humans.copy(),
                 next(status).copy() if has_status else None,
                 next(contacts).copy() if "contacts" in arrays else None,
+                next(replay).copy() if "replay" in arrays else None,
             )
         return node
 
@@ -137,8 +149,10 @@ class Sample:
         """Checks that arrays form a list for the same number of people."""
         n = self._num_humans
         count = arrays["times"].size
-        none = np.zeros((count, n * CONTACT_SIZE))
-        given = {"contacts": none} | arrays
+        given = {
+            "contacts": np.zeros((count, n * CONTACT_SIZE)),
+            "replay": np.zeros((count, n * REPLAY_SIZE)),
+        } | arrays
         walls = given["contacts"].shape[1:] == ((n + 1) * CONTACT_SIZE,)
         for name, dtype, shape in (
             ("times", np.float64, (count,)),
@@ -147,6 +161,7 @@ class Sample:
             ("has_status", np.bool_, (count,)),
             ("status", np.float64, (np.sum(arrays["has_status"]), n)),
             ("contacts", np.float64, (count, (n + walls) * CONTACT_SIZE)),
+            ("replay", np.float64, (count, n * REPLAY_SIZE)),
         ):
             got = given[name]
             if got.dtype != dtype or got.shape != shape:
@@ -205,6 +220,8 @@ def recorded(arrays: dict[str, Array], n: int) -> dict[str, Any]:
         rows = arrays["contacts"].reshape(count, -1, CONTACT_SIZE)
         walls = rows[:, n] if rows.shape[1] > n else None
         fields |= {"contacts": rows[:, :n], "wall_contact": walls}
+    if "replay" in arrays:
+        fields["replay"] = arrays["replay"].reshape(count, n, REPLAY_SIZE)
     return fields
 
 

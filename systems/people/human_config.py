@@ -1,10 +1,12 @@
 """The configuration of a simulated person."""
 
+from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool
+from pydantic import Field, StrictBool, model_validator
 from pydantic.dataclasses import dataclass
+from pydantic_core import ArgsKwargs
 
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
@@ -20,6 +22,7 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.people.behavior_choice import Behavior, behavior_name
 from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.track_config import TrackConfig
 
 # The largest radius of a body for which none is given, in meters.
 LARGEST_BODY = 0.25
@@ -44,7 +47,12 @@ class HumanConfig:
     order."""
 
     pose: Pose
-    """Initial pose (x, y, yaw) in W, in meters and radians."""
+    """Initial pose (x, y, yaw) in W, in meters and radians. A person with a
+    `track` needs none."""
+
+    track: TrackConfig | None = None
+    """Recording that the person follows; it replaces pose, goals and speeds. By
+    default, there is none."""
 
     behavior: Behavior = "regular"
     """Behavior tree: the name of one that comes with the package (see
@@ -88,6 +96,17 @@ class HumanConfig:
     ("custom"), as in HuNavSim ("default"), or drawn for each person by the seed
     of the Context: see `HumanCrowd.SetSeed` and
     `hunav_drake.systems.people.weights`. The rest of `forces` always holds."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _stand_in(cls, data: Any) -> Any:
+        """Gives a person with a track a pose, which its recording replaces."""
+        is_call = isinstance(data, ArgsKwargs)
+        given = data.kwargs if is_call else data
+        if not isinstance(given, Mapping) or given.get("track") is None:
+            return data
+        given = {"pose": (0.0, 0.0, 0.0), **given}
+        return ArgsKwargs(data.args, given) if is_call else given
 
     @property
     def speed_limit(self) -> float:

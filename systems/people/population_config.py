@@ -1,4 +1,4 @@
-"""A population: people who are drawn, not listed one by one."""
+"""A population: people who are drawn or recorded, not listed one by one."""
 
 from collections.abc import Iterator
 from dataclasses import field
@@ -32,6 +32,7 @@ from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.human_config import ForcesMode
 from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.track_config import TracksConfig
 from hunav_drake.systems.people.walking_speeds import AGES, MAX_DEVIATIONS
 
 Weight = Annotated[StrictFloat, within(0, 1e6)]
@@ -295,7 +296,7 @@ class SinkConfig:
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class PopulationConfig:
-    """People who are drawn, in addition to those who are listed."""
+    """People who are drawn or recorded, in addition to those who are listed."""
 
     seed: Annotated[Integer, Field(ge=0, le=2**63 - 1)] | None = None
     """Seed from which all draws of the people follow: if given, all trials have
@@ -310,6 +311,10 @@ class PopulationConfig:
 
     sinks: list[SinkConfig] = field(default_factory=list)
     """Places where people leave."""
+
+    tracks: TracksConfig | None = None
+    """Recorded people: all of a file, replayed from the start of the trial on.
+    People who walk together there are groups. By default, there are none."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

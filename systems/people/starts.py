@@ -21,7 +21,8 @@ def draw_starts(
     """Returns the states (n, 6) in which people start, at rest, in W.
 
     Offsets of x and y from those of the configurations are drawn by the seed,
-    uniformly in [-jitter, jitter) meters. People without a number have that of
+    uniformly in [-jitter, jitter) meters, except for recorded people. People
+    without a number have that of
     `people_ids`.
 
     Raises:
@@ -33,5 +34,6 @@ def draw_starts(
         state[: YAW + 1] = human.pose
     if jitter:
         draws = draw_uniform(seed, people_ids(humans), Purpose.START_JITTER, 2)
-        states[:, : Y + 1] += jitter * (2 * draws - 1)
+        drawn = [human.track is None for human in humans]
+        states[drawn, : Y + 1] += jitter * (2 * draws[drawn] - 1)
     return states

@@ -100,6 +100,8 @@ BODY_DISC = Rgba(0.1, 0.1, 0.12, 0.18)
 
 # People who react to the robot, the robot's plan, and its lidar's hits.
 REACTION = Rgba(0.86, 0.08, 0.24)
+# People who follow a recording.
+RECORDED = Rgba(0.10, 0.45, 0.85)
 PLAN = Rgba(0.46, 0.16, 0.56)
 SCAN = Rgba(0.85, 0.10, 0.10)
 

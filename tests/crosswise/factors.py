@@ -9,6 +9,7 @@ import dataclasses
 from functools import cache
 from itertools import product
 import json
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import (
     Annotated,
@@ -46,6 +47,9 @@ SMALLER = {
     ("sensors", "camera"): "sensors[0].image_size=[80, 60]",
 }
 
+# A file of recorded people.
+_RECORDED = Path(__file__).parents[1] / "data" / "recorded_corridor.csv"
+
 Row = dict[str, str]
 
 
@@ -82,7 +86,7 @@ def factors() -> dict[str, Factor]:
     found: dict[str, Factor] = {
         "scenario": Factor(tuple(ListScenarios())),
         "humans.behavior": Factor(tuple(sorted(BEHAVIORS))),
-        "population": Factor((GIVEN, "cohorts", "sources")),
+        "population": Factor((GIVEN, "cohorts", "sources", "tracks")),
         "sensors": Factor(("none", *sorted(SENSORS))),
         "simulation.time_step": Factor(("0.1", "0.05", "0.01")),
         "simulation.start_jitter": Factor(("0.0", "0.2")),
@@ -171,7 +175,7 @@ def refusals() -> list[Refusal]:
     come_and_go = "bodies of a MultibodyPlant cannot come and go"
     return [
         Refusal(
-            {"robot": physical, "population": frozenset({"sources"})},
+            {"robot": physical, "population": frozenset({"sources", "tracks"})},
             come_and_go,
         ),
         Refusal(
@@ -262,7 +266,12 @@ def overrides(row: Row) -> list[str]:
 
 @cache
 def _population(scenario: str, kind: str) -> str:
-    """Returns people who come, or are, where those of a scenario are."""
+    """Returns people who come, or are, where those of a scenario are.
+
+    Recorded ones walk where they did, also through walls.
+    """
+    if kind == "tracks":
+        return json.dumps({"tracks": {"file": str(_RECORDED)}})
     trial = _shipped(scenario)
     places = [
         *(human.pose[:2] for human in trial.humans),

@@ -140,7 +140,7 @@ def _check_finite(result: TrialResult, scenario: Scenario) -> None:
     assert len(recording.times), "nothing is recorded"
     assert np.isfinite(recording.robot).all(), "the robot is not finite"
     people = recording.humans
-    if scenario.population.sources:
+    if scenario.population.sources or scenario.population.tracks:
         # Who is outside has no place.
         people = people[~np.isnan(people).all(axis=-1)]
     assert np.isfinite(people).all(), "somebody is not finite"

@@ -21,7 +21,7 @@ from hunav_drake.report.plots.style import (
     shown,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import RADIUS, X, Y
+from hunav_drake.systems.common.layout import RADIUS, REACTIVE, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.scene.plan_walls import draw_walls
 
@@ -71,6 +71,7 @@ def plot_trajectories(
     robot has a color, and the people of the first run are thin gray lines. In
     a single run each person has a color; with more than six people each
     behavior has one, and names are at the start positions if there is room.
+    Thick lines are recorded people whom the motion model moves.
 
     Args:
         data: One run, or several.
@@ -151,7 +152,20 @@ def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
             ax, run.times, states, every, color=style["color"], small=True
         )
         labels += _name(run, i, style["color"]) if many else marks
+    _draw_handed_over(ax, run)
     return labels
+
+
+def _draw_handed_over(ax: Axes, run: Recording) -> None:
+    """Draws where the motion model moves recorded people."""
+    if run.replay is None:
+        return
+    reacts = run.replay[..., 0] == REACTIVE
+    own: dict[str, Any] = {"color": ROBOT, "lw": 3.5, "alpha": 0.35}
+    for k, i in enumerate(np.flatnonzero(reacts.any(axis=0))):
+        states = np.where(reacts[:, [i]], run.humans[:, i], np.nan)
+        label = None if k else "handed over"
+        _draw_path(ax, states, label=label, zorder=1.5, **own)
 
 
 def _name(run: Recording, person: int, color: str) -> list[_Label]:

@@ -19,6 +19,7 @@ from hunav_drake.systems.evaluation.metrics import (  # noqa: F401
     goal,
     path,
     proxemics,
+    replay,
     smoothness,
     speeds,
     surprise,

@@ -18,6 +18,7 @@ from hunav_drake.systems.scene.palette import (
     PLAN,
     PROXEMIC_RINGS,
     REACTION,
+    RECORDED,
     ROBOT_ACCENT,
     SCAN,
     TOPS,
@@ -99,6 +100,7 @@ class Board:
         # A frame that moves with the robot, for views that follow it.
         self.robot = f"{PLACE}/overlay_robot"
         self._humans = tuple(humans)
+        self.recorded = tuple(it.track is not None for it in humans)
         self._robot = robot
 
     def OfPerson(self, overlay: Overlay, name: str) -> str:
@@ -189,7 +191,10 @@ class Board:
             self._AddMesh(f"{self.OfPerson('rings', name)}/{k}", band, color)
         radius = human.radius
         band = ring(radius, radius + 0.09, _REACTION_Z + lift)
-        self._AddMesh(f"{self.OfPerson('reactions', name)}/0", band, REACTION)
+        signs = [REACTION] if human.track is None else [REACTION, RECORDED]
+        for k, color in enumerate(signs):
+            path = f"{self.OfPerson('reactions', name)}/{k}"
+            self._AddMesh(path, band, color)
         for kind, color in enumerate(FORCE_ARROWS):
             height = _FORCE_Z + lift + 0.006 * kind
             self._AddMesh(self.Force(name, kind), _arrow(height), color)

@@ -22,6 +22,9 @@ from hunav_drake.systems.common.layout import (
     GOAL_FORCE,
     GROUP_REPULSION_FORCE,
     OBSTACLE_FORCE,
+    REACTIVE,
+    REPLAY_SIZE,
+    REPLAYED,
     ROBOT_REPULSION_FORCE,
     SOCIAL_FORCE,
     STATE_SIZE,
@@ -113,6 +116,7 @@ class OverlayPublisher(LeafSystem):
         - human_states
         - robot_state
         - behavior_status
+        - replay (only with recorded people)
         - forces
         - planner_path
         - local_costmap
@@ -121,10 +125,11 @@ class OverlayPublisher(LeafSystem):
 
     Port `human_states` takes the states of `n` people (size 7n), `robot_state`
     that of the robot (size 7), `behavior_status` n numbers, 0 for people who do
-    not react, `forces` 16n numbers (see `layout.FORCES`), `planner_path`,
-    abstract, an array (k, 2) or (k, 3) of points in W, `local_costmap` and
-    `global_costmap`, abstract, a `Costmap` each, and `scan` the distances of a
-    lidar's rays (only if there are rays). Without a robot there are no ports of
+    not react, `replay` n rows of `layout.REPLAY_SIZE`, `forces` 16n numbers
+    (see `layout.FORCES`), `planner_path`, abstract, an array (k, 2) or (k, 3)
+    of points in W, `local_costmap` and `global_costmap`, abstract, a `Costmap`
+    each, and `scan` the distances of a lidar's rays (only if there are rays).
+    Without a robot there are no ports of
     it and its planner. All ports except the states may be unconnected.
 
     It has no state; Meshcat holds what is drawn. It publishes every `period`,
@@ -163,6 +168,9 @@ class OverlayPublisher(LeafSystem):
         self._costmaps: dict[Overlay, InputPort] = {}
         self._status = declare("behavior_status", n)
         self._forces = declare("forces", FORCES_SIZE * n)
+        self._replay = None
+        if any(board.recorded):
+            self._replay = declare("replay", REPLAY_SIZE * n)
         if board.has_robot:
             self._robot = declare("robot_state", STATE_SIZE)
             self._path = self.DeclareAbstractInputPort(
@@ -272,14 +280,22 @@ class OverlayPublisher(LeafSystem):
         reacts = np.zeros(n, dtype=np.bool_)
         if self._status.HasValue(context):
             reacts = self._status.Eval(context) != 0
+        mode = np.zeros(n)
+        if self._replay is not None and self._replay.HasValue(context):
+            mode = self._replay.Eval(context)[::REPLAY_SIZE]
+            reacts |= mode == REACTIVE
         stands = np.hypot(humans[:, VX], humans[:, VY]) < STANDING_SPEED
         for i, name in enumerate(board.names):
             activity = 2 if reacts[i] else int(stands[i])
             for k in range(len(ACTIVITIES)):
                 tag = board.Tag(name, k)
                 meshcat.SetProperty(tag, "visible", k == activity, time)
-            sign = f"{board.OfPerson('reactions', name)}/0"
-            meshcat.SetProperty(sign, "visible", bool(reacts[i]), time)
+            signs = [bool(reacts[i])]
+            if board.recorded[i]:
+                signs.append(bool(mode[i] == REPLAYED and not reacts[i]))
+            for k, visible in enumerate(signs):
+                sign = f"{board.OfPerson('reactions', name)}/{k}"
+                meshcat.SetProperty(sign, "visible", visible, time)
         if not self._forces.HasValue(context):
             return
         rows = self._forces.Eval(context).reshape(n, FORCES_SIZE)

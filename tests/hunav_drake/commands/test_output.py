@@ -10,9 +10,9 @@ import numba
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.compiling import compile_time
 from hunav_drake.trial.metric_facts import HEADLINE
+from tests.choices import COMMON_METRICS
 from tests.processes import run_python
 
 SHORT = ["--set", "simulation.duration=1"]
@@ -34,13 +34,16 @@ def test_a_run_prints_the_most_telling_metrics(hunav):
     assert len(lines) < 22
     for name in HEADLINE:
         assert sum(line.split()[:1] == [name] for line in lines) == 1
-    assert f"{len(METRICS) - len(HEADLINE)} more metrics with --all" in lines
+    assert (
+        f"{len(COMMON_METRICS) - len(HEADLINE)} more metrics with --all"
+        in lines
+    )
 
 
 def test_all_metrics_are_printed_when_asked(hunav):
     _, out, _ = hunav("run", "passing", *SHORT, "--all")
     words = {line.split()[0] for line in out.splitlines() if line}
-    assert set(METRICS) <= words
+    assert set(COMMON_METRICS) <= words
     assert "more metrics" not in out
 
 
@@ -56,7 +59,7 @@ def test_a_program_reads_json(hunav, tmp_path):
     _, out, _ = hunav("run", "passing", *SHORT, "--json", "--out", tmp_path)
     data = json.loads(out)
     assert data["end_reason"] == "timeout"
-    assert set(METRICS) <= set(data["metrics"])
+    assert set(COMMON_METRICS) <= set(data["metrics"])
     (recording,) = tmp_path.rglob("*.npz")
     _, out, _ = hunav("evaluate", recording, "--json")
     again = json.loads(out)

@@ -220,3 +220,26 @@ def test_files_that_are_none_of_ours(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(FileRefusedError, match=r"x\.yaml"):
         SessionFile(path).read()
+
+
+def test_recorded_people_are_kept_and_need_no_pose(tmp_path):
+    file = tmp_path / "mine.yaml"
+    (tmp_path / "people.csv").write_text(
+        "time,id,x,y\n" + "".join(f"{t},3,{t},1\n" for t in range(1, 9))
+    )
+    text = (
+        "humans:\n"
+        "  - {name: eva, pose: [0, 4, 0]}\n"
+        "  - track: {file: people.csv, id: 3, on: 1.5}  # recorded\n"
+        "population:\n"
+        "  tracks: {file: people.csv, mode: blind}\n"
+        "robot: {start: [-3, -3, 0]}\n"
+    )
+    file.write_text(text)
+    view = View(EditSession(filename=file))
+    assert view.faults == []
+    view.edit(["set", ["humans", 0, "pose"], [0, 5, 0]])
+    view.ask("save")
+    assert view.faults == []
+    assert file.read_text() == text.replace("[0, 4, 0]", "[0, 5, 0]")
+    assert view.session.scenario.humans[1].track.on == 1.5

@@ -15,6 +15,7 @@ from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.result import MakeTrialResult
+from tests.choices import COMMON_METRICS
 from tests.hunav_drake.passing_trials import make_recording, make_result
 from tests.hunav_drake.report.pages import visible
 
@@ -208,14 +209,14 @@ def test_nobody_changes_what_is_about_the_robot_alone():
     )
     same = {
         name
-        for name in METRICS
+        for name in COMMON_METRICS
         if np.array_equal(
             result.by_behavior[name],
             np.full(3, result.metrics[name]),
             equal_nan=True,
         )
     }
-    alone = {name for name in METRICS if is_about_robot_alone(name)}
+    alone = {name for name in COMMON_METRICS if is_about_robot_alone(name)}
     assert alone <= same
     assert "min_dist_to_people" not in alone
     # People could make a difference to the rest; to most of it these do.

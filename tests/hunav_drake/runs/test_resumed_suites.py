@@ -405,6 +405,13 @@ def test_a_metric_that_a_scenario_does_not_compute_is_told(suite):
         RunSuite(suite, workers=1)
 
 
+def test_metrics_of_recorded_people_are_told_where_there_are_none(suite):
+    until = Until(metric="hand_overs", half_width=0.1)
+    suite = dataclasses.replace(suite, until=until)
+    with pytest.raises(ScenarioError, match="is not computed in crossing"):
+        RunSuite(suite, workers=1)
+
+
 def test_the_metric_of_the_progress_bar_is_one(hunav, tmp_path):
     code, _, err = hunav(
         *("bench", "paper", "--out", tmp_path, "--show", "path_lenght")

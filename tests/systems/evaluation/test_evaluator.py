@@ -115,6 +115,7 @@ def test_ports_and_their_sizes():
         "contacts": 16,
         "wall_contact": 8,
         "goal": 3,
+        "replay": 6,
         "trigger": 1,
     }
     assert dut.get_behavior_status_input_port().size() == 2

@@ -37,6 +37,7 @@ FAMILIES = {
     "comparison",
     "smoothness",
     "danger",
+    "replay",
     "surprise",
 }
 
@@ -171,7 +172,10 @@ def test_by_behavior_of_nobody_is_empty():
         times=[0.0], robot=np.zeros((1, 7)), humans=np.zeros((1, 0, 7))
     )
     table = compute_by_behavior(recording)
-    assert table.shape == (0, len(METRICS))
+    # All but those of recorded people.
+    assert table.shape == (0, len(select_metrics("all", recording)))
+    assert not any(name.startswith("replay") for name in table)
+    assert "replay_ade" in compute_by_behavior(recording, ["replay_ade"])
 
 
 @pytest.mark.parametrize(
