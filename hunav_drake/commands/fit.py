@@ -51,7 +51,7 @@ def add_fit_options(fit: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="write the weights as YAML, as `forces` of a person has them",
+        help="write all weights as YAML, as `forces` of a person has them",
     )
     fit.add_argument(
         "--force", action="store_true", help="overwrite an existing file"
@@ -62,7 +62,7 @@ def _fit(options: argparse.Namespace) -> int:
     from hunav_drake.scenario import LoadScenario, ScenarioError
     from hunav_drake.systems.common.files import atomic_write
     from hunav_drake.systems.crowd import CrowdConfig
-    from hunav_drake.validation.fitting import FitForces, fit_text, fit_yaml
+    from hunav_drake.validation.fitting import FitForces, fit_text, forces_yaml
     from hunav_drake.validation.recorded import (
         CrowdPrediction,
         judge_recorded,
@@ -88,7 +88,7 @@ def _fit(options: argparse.Namespace) -> int:
     if options.output is not None:
         place = options.output
         with input_errors(place=place), atomic_write(place) as file:
-            file.write(fit_yaml(fit.values).encode())
+            file.write(forces_yaml(fit.forces).encode())
     print(fit_text(fit))
     config = CrowdConfig()
     models = {

@@ -46,9 +46,12 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
+_DEFAULT = BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES)
+
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
-        "default": BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES),
+        "default": _DEFAULT,
+        "hunav_drake_0.1": _DEFAULT,
         "hunavsim": BehaviorSet(
             {**BEHAVIORS, **_HUNAVSIM},
             (_HUNAVSIM_TREES, _TREES),
