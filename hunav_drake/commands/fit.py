@@ -34,6 +34,12 @@ def add_fit_options(fit: argparse.ArgumentParser) -> None:
         " mean speed, or straight on (default: true)",
     )
     fit.add_argument(
+        "--profile",
+        choices=("default", "hunavsim", "hunav_drake_0.1"),
+        default="default",
+        help="the profile of the crowd, from whose weights the fit starts",
+    )
+    fit.add_argument(
         "--walls",
         metavar="SCENARIO",
         help="a scenario with the walls of the recordings (default: none)",
@@ -73,6 +79,7 @@ def _fit(options: argparse.Namespace) -> int:
 
     if options.output is not None:
         check_output(options.output, options.force)
+    config = CrowdConfig(profile=options.profile)
     with input_errors(ValueError, ScenarioError):
         obstacles = None
         if options.walls is not None:
@@ -82,6 +89,7 @@ def _fit(options: argparse.Namespace) -> int:
         fit = FitForces(
             windows,
             [name.strip() for name in options.free.split(",")],
+            config=config,
             goal=options.goal,
             obstacles=obstacles,
         )
@@ -90,7 +98,6 @@ def _fit(options: argparse.Namespace) -> int:
         with input_errors(place=place), atomic_write(place) as file:
             file.write(forces_yaml(fit.forces).encode())
     print(fit_text(fit))
-    config = CrowdConfig()
     models = {
         "before": CrowdPrediction(config, obstacles=obstacles),
         "fitted": CrowdPrediction(config, fit.values, obstacles),

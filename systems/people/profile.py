@@ -38,11 +38,7 @@ class Profile(NamedTuple):
 
 # The weights of people who are like recorded ones: docs/recorded_people.md.
 RECORDED = SocialForceParameters(
-    social_factor=160.0,
-    lambda_importance=1.2,
-    gamma=0.082,
-    n=11.0,
-    n_prime=16.0,
+    social_factor=90.0, lambda_importance=2.2, gamma=0.088, n=12.0, n_prime=18.0
 )
 
 # A row is a field and the value that does what the program does. The behaviors

@@ -59,9 +59,7 @@ WEIGHTS: Mapping[str, Weight] = MappingProxyType(
 
 
 def draw_weights(
-    humans: Sequence[HumanConfig],
-    seed: int,
-    profile: ProfileName = "default",
+    humans: Sequence[HumanConfig], seed: int, profile: ProfileName = "default"
 ) -> Array:
     """Returns the weights of people, according to their modes.
 
