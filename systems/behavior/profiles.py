@@ -47,11 +47,13 @@ class BehaviorSet(NamedTuple):
 
 
 _DEFAULT = BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES)
+# The scared were pushed less, but by stronger forces of the robot, too.
+_OLD = {**BEHAVIORS, "scared": _TREES / "scared_0_1.xml"}
 
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
         "default": _DEFAULT,
-        "hunav_drake_0.1": _DEFAULT,
+        "hunav_drake_0.1": _DEFAULT._replace(files=_OLD),
         "hunavsim": BehaviorSet(
             {**BEHAVIORS, **_HUNAVSIM},
             (_HUNAVSIM_TREES, _TREES),
