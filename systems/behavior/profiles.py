@@ -48,7 +48,7 @@ class BehaviorSet(NamedTuple):
 
 _DEFAULT = BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES)
 # The scared were pushed less, but by stronger forces of the robot, too.
-_OLD = {**BEHAVIORS, "scared": _TREES / "scared_0_1.xml"}
+_OLD = {**BEHAVIORS, "scared": _FOLDER / "version_0_1" / "scared.xml"}
 
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
