@@ -34,6 +34,12 @@ def add_fit_options(fit: argparse.ArgumentParser) -> None:
         " mean speed, or straight on (default: true)",
     )
     fit.add_argument(
+        "--profile",
+        choices=("default", "hunavsim", "hunav_drake_0.1"),
+        default="default",
+        help="the profile of the crowd, from whose weights the fit starts",
+    )
+    fit.add_argument(
         "--walls",
         metavar="SCENARIO",
         help="a scenario with the walls of the recordings (default: none)",
@@ -51,7 +57,7 @@ def add_fit_options(fit: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="write the weights as YAML, as `forces` of a person has them",
+        help="write all weights as YAML, as `forces` of a person has them",
     )
     fit.add_argument(
         "--force", action="store_true", help="overwrite an existing file"
@@ -62,7 +68,7 @@ def _fit(options: argparse.Namespace) -> int:
     from hunav_drake.scenario import LoadScenario, ScenarioError
     from hunav_drake.systems.common.files import atomic_write
     from hunav_drake.systems.crowd import CrowdConfig
-    from hunav_drake.validation.fitting import FitForces, fit_text, fit_yaml
+    from hunav_drake.validation.fitting import FitForces, fit_text, forces_yaml
     from hunav_drake.validation.recorded import (
         CrowdPrediction,
         judge_recorded,
@@ -73,6 +79,7 @@ def _fit(options: argparse.Namespace) -> int:
 
     if options.output is not None:
         check_output(options.output, options.force)
+    config = CrowdConfig(profile=options.profile)
     with input_errors(ValueError, ScenarioError):
         obstacles = None
         if options.walls is not None:
@@ -82,15 +89,15 @@ def _fit(options: argparse.Namespace) -> int:
         fit = FitForces(
             windows,
             [name.strip() for name in options.free.split(",")],
+            config=config,
             goal=options.goal,
             obstacles=obstacles,
         )
     if options.output is not None:
         place = options.output
         with input_errors(place=place), atomic_write(place) as file:
-            file.write(fit_yaml(fit.values).encode())
+            file.write(forces_yaml(fit.forces).encode())
     print(fit_text(fit))
-    config = CrowdConfig()
     models = {
         "before": CrowdPrediction(config, obstacles=obstacles),
         "fitted": CrowdPrediction(config, fit.values, obstacles),

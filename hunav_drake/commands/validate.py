@@ -162,6 +162,9 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
             predictions["no social force"] = CrowdPrediction(
                 config, {"social_factor": 0.0}
             )
+            predictions["hunav_drake_0.1"] = CrowdPrediction(
+                CrowdConfig(profile="hunav_drake_0.1")
+            )
     scenes: dict[str, list[Array]] = {}
     for file in options.tracks:
         scenes[_scene_name(file, scenes)] = read_windows(file)

@@ -221,7 +221,7 @@ def check_epsilon(scenario: Scenario) -> Iterator[Finding]:
         return
     default = SocialForceParameters().epsilon
     for i, human in enumerate(scenario.humans):
-        epsilon = human.forces.epsilon
+        epsilon = human.forces.epsilon if human.forces else default
         if epsilon not in (0, default):
             yield Finding(
                 ("humans", i, "forces", "epsilon"),

@@ -1,6 +1,7 @@
 """Fits the weights of forces to recorded people."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+import dataclasses
 import math
 from typing import NamedTuple
 
@@ -10,7 +11,11 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.parameters import PARAMETERS
+from hunav_drake.systems.people.parameters import (
+    PARAMETERS,
+    SocialForceParameters,
+)
+from hunav_drake.systems.people.profile import own_forces
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.validation.recorded import PAST, CrowdPrediction, Goal
 
@@ -38,6 +43,7 @@ class Fit(NamedTuple):
     """Weights that make simulated people walk like recorded ones.
 
     Attributes:
+        forces: All weights, with the fitted ones.
         values: The fitted weights by name.
         errors: Their standard errors, with whole windows as the independent
             observations (the sandwich estimate).
@@ -49,6 +55,7 @@ class Fit(NamedTuple):
         warnings: What to know about the result, a line each.
     """
 
+    forces: SocialForceParameters
     values: dict[str, float]
     errors: dict[str, float]
     correlation: Array
@@ -69,8 +76,8 @@ def FitForces(
     """Fits weights of the social force model to recorded people.
 
     It minimizes the distances of predicted from recorded positions, over all
-    windows together (least squares, with less weight for outliers). All other
-    weights keep their defaults.
+    windows together (least squares, with less weight for outliers). It starts
+    from the weights of the profile of `config`, and the others keep them.
 
     Args:
         windows: Those of `windows_of`, of one recording or several.
@@ -88,7 +95,8 @@ def FitForces(
 
     names = list(free)
     _check(names, windows, obstacles)
-    model = CrowdPrediction(config or CrowdConfig(), obstacles=obstacles)
+    config = config or CrowdConfig()
+    model = CrowdPrediction(config, obstacles=obstacles)
     runs = [model.prepare(window, goal) for window in windows]
     truth = [window[:, PAST:] for window in windows]
 
@@ -100,8 +108,8 @@ def FitForces(
         ]
         return np.concatenate(parts)
 
-    defaults = HumanConfig(pose=(0.0, 0.0, 0.0)).forces
-    start = np.array([getattr(defaults, name) for name in names])
+    begin = own_forces(HumanConfig(pose=(0.0, 0.0, 0.0)), config.profile)
+    start = np.array([getattr(begin, name) for name in names])
     steps = _STEP * np.maximum(np.abs(start), _STEP)
     sizes = [real.size for real in truth]
     low, high = np.array([_bounds(name) for name in names]).T
@@ -145,8 +153,10 @@ def FitForces(
                     f" (correlation {correlation[i, j]:.2f}): keep one of them"
                     " at its default, or add other recordings"
                 )
+    values = dict(zip(names, found.x.tolist(), strict=True))
     return Fit(
-        dict(zip(names, found.x.tolist(), strict=True)),
+        dataclasses.replace(begin, **values),
+        values,
         dict(zip(names, errors.tolist(), strict=True)),
         correlation,
         _rms(residuals(start)),
@@ -278,7 +288,7 @@ def fit_text(fit: Fit) -> str:
     return "\n".join([*lines, *(f"Note: {text}." for text in fit.warnings)])
 
 
-def fit_yaml(values: Mapping[str, float]) -> str:
-    """Returns weights as a scenario has them in `forces`."""
-    rows = [f"  {name}: {value!r}" for name, value in values.items()]
+def forces_yaml(forces: SocialForceParameters) -> str:
+    """Returns weights as a scenario has them in `forces` of a person."""
+    rows = [f"  {name}: {getattr(forces, name)!r}" for name in PARAMETERS]
     return "\n".join(["forces:", *rows]) + "\n"

@@ -4,8 +4,8 @@ A window of a recording is 3.2 s of the past and 4.8 s of the future, the usual
 protocol for ETH and UCY. A model starts from the past of all people who are
 there throughout, and predicts their future. It is told where each goes: either
 truly (the end of the window, and the mean speed to there), which judges how
-people walk, or only ahead (straight on, at the speed of the past), which
-also judges whether avoiding others is worth anything.
+people walk, or only ahead (straight on, with the velocity of the last step, as
+constant velocity does), which judges whether avoiding others is worth anything.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -192,7 +192,7 @@ class CrowdPrediction:
     ) -> Callable[[Mapping[str, float]], Array]:
         """Returns the function that predicts a window with some weights."""
         now = window[:, PAST - 1]
-        velocity = (now - window[:, PAST - 3]) / (2 * STEP)
+        velocity = (now - window[:, PAST - 2]) / STEP
         speed = np.hypot(*velocity.T)
         end = now + _AHEAD * velocity
         if goal == "true":

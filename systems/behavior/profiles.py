@@ -46,9 +46,14 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
+_DEFAULT = BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES)
+# The scared were pushed less, but by stronger forces of the robot, too.
+_OLD = {**BEHAVIORS, "scared": _FOLDER / "version_0_1" / "scared.xml"}
+
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
-        "default": BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES),
+        "default": _DEFAULT,
+        "hunav_drake_0.1": _DEFAULT._replace(files=_OLD),
         "hunavsim": BehaviorSet(
             {**BEHAVIORS, **_HUNAVSIM},
             (_HUNAVSIM_TREES, _TREES),

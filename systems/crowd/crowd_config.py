@@ -29,9 +29,10 @@ class CrowdConfig:
 
     profile: ProfileName = "default"
     """Source of the values of missing keys: the defaults written here or, with
-    "hunavsim", the values of HuNavSim; see `people/profile.py`. It also selects
-    the behaviors. A key that is given takes precedence over the profile (and
-    `dataclasses.replace` gives all keys)."""
+    "hunavsim", the values of HuNavSim, with "hunav_drake_0.1" those of version
+    0.1; see `people/profile.py`. It also selects the behaviors, and the weights
+    of people without any. A key that is given takes precedence over the profile
+    (and `dataclasses.replace` gives all keys)."""
 
     model: Annotated[MotionModel, MOTION_MODELS] = field(
         default_factory=MOTION_MODELS.make

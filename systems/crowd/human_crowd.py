@@ -151,7 +151,9 @@ def HumanCrowd_(T: Any) -> type:
             check_time_step(time_step)
             check_count("num_robots", num_robots)
             check_number("start_jitter", start_jitter, "m")
+            config = config or CrowdConfig()
             self._humans = tuple(humans)
+            self._profile = config.profile
             self._start_jitter = start_jitter
             # A copy for another scalar type has the same options.
             self._options: dict[str, Any] = {
@@ -165,7 +167,7 @@ def HumanCrowd_(T: Any) -> type:
             self._step = CrowdStep(
                 humans,
                 obstacles=obstacles or Obstacles.from_shapes([], solid=[]),
-                config=config or CrowdConfig(),
+                config=config,
                 time_step=time_step,
                 with_derivatives=T is not float,
             )

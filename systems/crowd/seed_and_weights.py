@@ -17,6 +17,7 @@ from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.limits import plain
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.parameters import NUM_PARAMETERS
+from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.weights import check_weights, draw_weights
 
@@ -31,6 +32,7 @@ class SeedAndWeights:
     """
 
     _humans: tuple[HumanConfig, ...]
+    _profile: ProfileName
     _start_jitter: float
     # The indices of the states and of the numeric parameters.
     _state: int
@@ -45,7 +47,7 @@ class SeedAndWeights:
         """Returns the start, the weights and the halves of a seed."""
         return (
             draw_starts(self._humans, seed, self._start_jitter).ravel(),
-            draw_weights(self._humans, seed).ravel(),
+            draw_weights(self._humans, seed, self._profile).ravel(),
             seed_to_halves(seed),
         )
 

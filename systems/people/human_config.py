@@ -88,8 +88,10 @@ class HumanConfig:
     goal_radius: PositiveLength = 0.3
     """Distance at which a goal counts as reached, in meters."""
 
-    forces: SocialForceParameters = field(default_factory=SocialForceParameters)
-    """Weights of the forces."""
+    forces: SocialForceParameters | None = None
+    """Weights of the forces; of those that are given, missing ones are those of
+    HuNavSim. By default, those of the crowd's profile, which are fitted to
+    recorded people unless it is another program's."""
 
     forces_mode: ForcesMode = "custom"
     """Source of the factors of goal, obstacles and other people: as in `forces`

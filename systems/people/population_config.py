@@ -151,8 +151,9 @@ class MembersConfig:
     radius: BodyRadius = 0.35
     """Radius of the disc that others keep clear of, in meters."""
 
-    forces: SocialForceParameters = field(default_factory=SocialForceParameters)
-    """Weights of the forces."""
+    forces: SocialForceParameters | None = None
+    """Weights of the forces, as of a person; by default, those of the crowd's
+    profile."""
 
     forces_mode: ForcesMode = "custom"
     """Source of the factors of the forces: as in `forces` ("custom"), as in

@@ -1,8 +1,9 @@
 """Profiles: the values of keys that are left out.
 
-A profile stands for another program. `crowd: {profile: hunavsim}` gives every
-parameter the value that does what HuNavSim does; keys beside it take
-precedence.
+A profile stands for another program, or an earlier version of this one.
+`crowd: {profile: hunavsim}` gives every parameter the value that does what
+HuNavSim does, `crowd: {profile: hunav_drake_0.1}` that of version 0.1; keys
+beside it take precedence.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,8 +15,9 @@ import numpy as np
 
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids, people_names
+from hunav_drake.systems.people.parameters import SocialForceParameters
 
-ProfileName = Literal["default", "hunavsim"]
+ProfileName = Literal["default", "hunavsim", "hunav_drake_0.1"]
 
 
 class Profile(NamedTuple):
@@ -34,11 +36,28 @@ class Profile(NamedTuple):
     single: tuple[str, ...] = ()
 
 
+# The weights of people who are like recorded ones: docs/recorded_people.md.
+RECORDED = SocialForceParameters(
+    social_factor=90.0, lambda_importance=2.2, gamma=0.088, n=12.0, n_prime=18.0
+)
+
 # A row is a field and the value that does what the program does. The behaviors
 # are in `hunav_drake.systems.behavior.profiles`.
 PROFILES: Mapping[str, Profile] = MappingProxyType(
     {
-        "default": Profile(crowd={}, human={"cyclic": False}),
+        "default": Profile(
+            crowd={}, human={"cyclic": False, "forces": RECORDED}
+        ),
+        "hunav_drake_0.1": Profile(
+            crowd={
+                "model": {
+                    "type": "social_force",
+                    "time_gap": 0.8,
+                    "speed_matching": 0.35,
+                }
+            },
+            human={"cyclic": False, "forces": SocialForceParameters()},
+        ),
         "hunavsim": Profile(
             crowd={
                 "model": {
@@ -58,11 +77,26 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
                 "max_acceleration": None,
                 "max_turn_rate": None,
             },
-            human={"cyclic": True},
+            human={"cyclic": True, "forces": SocialForceParameters()},
             single=("desired_speed", "max_speed", "radius", "goal_radius"),
         ),
     }
 )
+
+
+def own_forces(
+    human: HumanConfig, profile: ProfileName
+) -> SocialForceParameters:
+    """Returns the weights of a person: those given, or those of a profile.
+
+    Factors as in HuNavSim, and drawn ones, stand among HuNavSim's weights.
+    """
+    if human.forces is not None:
+        return human.forces
+    if human.forces_mode != "custom":
+        return SocialForceParameters()
+    forces: SocialForceParameters = PROFILES[profile].human["forces"]
+    return forces
 
 
 def complete_people(
@@ -83,6 +117,7 @@ def complete_people(
         for name, default in defaults.items():
             value = getattr(human, name)
             values[name] = default if value is None else value
+        values["forces"] = own_forces(human, profile)
         for name in single:
             if (value := getattr(human, name)) is not None:
                 values[name] = float(np.float32(value))

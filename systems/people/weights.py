@@ -26,6 +26,7 @@ from hunav_drake.systems.people.parameters import (
     PARAMETERS,
     SocialForceParameters,
 )
+from hunav_drake.systems.people.profile import ProfileName, own_forces
 
 
 class Weight(NamedTuple):
@@ -57,7 +58,9 @@ WEIGHTS: Mapping[str, Weight] = MappingProxyType(
 )
 
 
-def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
+def draw_weights(
+    humans: Sequence[HumanConfig], seed: int, profile: ProfileName = "default"
+) -> Array:
     """Returns the weights of people, according to their modes.
 
     Each person's draws follow from the seed and the person's number alone:
@@ -67,6 +70,7 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
         humans: The people. People without a number have that of
             `people_ids`.
         seed: The seed of the trial, in [0, 2^63).
+        profile: The profile of the crowd, for people without weights.
 
     Returns:
         Shape (n, 13): for each person the fields of SocialForceParameters.
@@ -75,7 +79,9 @@ def draw_weights(humans: Sequence[HumanConfig], seed: int) -> Array:
         ValueError: If the seed is not such a number.
     """
     check_seed(seed)
-    weights = np.array([_as_written(human.forces) for human in humans])
+    weights = np.array(
+        [_as_written(own_forces(human, profile)) for human in humans]
+    )
     weights = weights.reshape(len(humans), NUM_PARAMETERS)
     ids = people_ids(humans)
     modes: tuple[ForcesMode, ...] = (

@@ -47,12 +47,12 @@ class SocialForceModel(MotionModel):
     """Bound of the sum of forces on a person that the fast kernel neglects,
     from 48 people on, in m/s^2; 0 neglects nothing."""
 
-    time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.8
+    time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.62
     """Time gap that people keep to the person ahead, in seconds; 0 is none, as
-    in HuNavSim. The default fits measured speeds and flows:
-    docs/validation.md."""
+    in HuNavSim. The default fits measured flows and recorded people:
+    docs/recorded_people.md."""
 
-    speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.35
+    speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.54
     """Share of the speed of the person ahead that is added to the speed that
     the time gap allows. The default fits measurements, as above."""
 

@@ -16,6 +16,7 @@ from hunav_drake.scenario import (
     ScenarioError,
 )
 from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.people.profile import own_forces
 from hunav_drake.systems.world.obstacles import inside
 from tests.maps import write_map
 
@@ -261,7 +262,7 @@ def test_custom_forces_of_a_behavior(write):
     human = ImportAgents(
         write(AGENTS.replace("behavior: 1\n", default))
     ).humans[0]
-    assert human.forces.social_factor == 5.0
+    assert own_forces(human, "default").social_factor == 5.0
 
 
 def import_behavior(write, settings, told=None):

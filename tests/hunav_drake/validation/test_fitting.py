@@ -26,13 +26,17 @@ SCENES = (
 )
 
 
+# People of HuNavSim's weights are fitted from those on.
+CONFIG = CrowdConfig(profile="hunav_drake_0.1")
+
+
 def crossing_people(weights, count=6, people=5, noise=0.0, seed=0):
     """Windows of people who cross each other, as a crowd with weights walks.
 
     They walk straight on before, and the model is told nothing of their goals.
     """
     rng = np.random.default_rng(seed)
-    model = CrowdPrediction(CrowdConfig(), weights)
+    model = CrowdPrediction(CONFIG, weights)
     windows = []
     for _ in range(count):
         now = rng.uniform(-2.5, 2.5, (people, 2))
@@ -54,7 +58,9 @@ def crossing_people(weights, count=6, people=5, noise=0.0, seed=0):
     ids=lambda it: "+".join(it),
 )
 def test_weights_are_found_again(truth):
-    fit = FitForces(crossing_people(truth), list(truth), goal="ahead")
+    fit = FitForces(
+        crossing_people(truth), list(truth), goal="ahead", config=CONFIG
+    )
     assert fit.after < 0.1 * fit.before
     for name, value in truth.items():
         assert fit.values[name] == pytest.approx(value, rel=0.05)
@@ -63,7 +69,7 @@ def test_weights_are_found_again(truth):
 def test_noise_is_in_the_errors():
     truth = {"social_factor": 2.5}
     windows = crossing_people(truth, count=12, noise=0.02)
-    fit = FitForces(windows, goal="ahead")
+    fit = FitForces(windows, goal="ahead", config=CONFIG)
     (value,), (error,) = fit.values.values(), fit.errors.values()
     assert 0 < error < 0.5
     assert abs(value - 2.5) < 4 * error
@@ -75,9 +81,13 @@ def test_noise_is_in_the_errors():
 def test_the_order_of_people_does_not_matter():
     truth = {"social_factor": 2.5}
     windows = crossing_people(truth, noise=0.01)
-    one = FitForces(windows, goal="ahead").values["social_factor"]
+    one = FitForces(windows, goal="ahead", config=CONFIG).values[
+        "social_factor"
+    ]
     turned = [window[::-1].copy() for window in windows]
-    other = FitForces(turned, goal="ahead").values["social_factor"]
+    other = FitForces(turned, goal="ahead", config=CONFIG).values[
+        "social_factor"
+    ]
     assert one == pytest.approx(other, rel=0.02)
 
 
@@ -95,7 +105,7 @@ def test_what_a_recording_cannot_tell_is_refused_or_said():
     with pytest.raises(ValueError, match="there are none"):
         FitForces([])
     alone = crossing_people({}, count=3, people=1)
-    fit = FitForces(alone, ["social_factor"], goal="ahead")
+    fit = FitForces(alone, ["social_factor"], goal="ahead", config=CONFIG)
     assert "changes nothing" in fit.warnings[0]
 
 
@@ -103,7 +113,7 @@ def test_real_people_want_less_force():
     path = SCENES / "zara01.txt"
     if not path.exists():
         pytest.skip("the recorded people are not here")
-    fit = FitForces(list(windows_of(ReadTracks(path))))
+    fit = FitForces(list(windows_of(ReadTracks(path))), config=CONFIG)
     assert fit.people == 196
     assert fit.values["social_factor"] < 1.5
     assert fit.after < 0.9 * fit.before
@@ -116,12 +126,14 @@ def test_the_command_fits_and_writes(tmp_path, capsys):
     file, out = tmp_path / "a.csv", tmp_path / "people.yaml"
     WriteTracks(Tracks(people), file)
     words = ["fit", str(file), "--goal", "ahead", "--holdout", str(file)]
+    words += ["--profile", "hunav_drake_0.1"]
     assert main([*words, "-o", str(out)]) == 0
     told = capsys.readouterr().out
     assert "5 paths" in told
     assert "fitted" in told
     forces = yaml.safe_load(out.read_text())["forces"]
     assert forces["social_factor"] == pytest.approx(2.5, rel=0.1)
+    assert forces["gamma"] == 0.35
     assert main([*words, "--free", "gama"]) == 2
     assert "did you mean 'gamma'" in capsys.readouterr().err
     assert main([*words, "-o", str(out)]) == 2

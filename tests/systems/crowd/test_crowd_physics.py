@@ -12,6 +12,7 @@ import pytest
 
 from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.people.profile import own_forces
 from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.systems.world.shapes import Box, World
 from tests.systems.crowd.crowds import FREE, box_between
@@ -83,7 +84,8 @@ def first_time(times, reached):
 def test_the_free_speed_is_reached_exponentially(speed):
     """v(t) = v (1 - exp(-t k_d / tau))."""
     human = HumanConfig(pose=[0, 0, 0], goals=[[99, 0]], desired_speed=speed)
-    rate = human.forces.goal_factor / human.forces.relaxation_time
+    forces = own_forces(human, "default")
+    rate = forces.goal_factor / forces.relaxation_time
     times, states = record_steps(
         [human], duration=3.0, time_step=1e-3, config=CrowdConfig(**FREE)
     )

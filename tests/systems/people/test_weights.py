@@ -19,6 +19,7 @@ from hunav_drake.scenario import ScenarioError
 from hunav_drake.systems.common.random_streams import Purpose, draw_normal
 from hunav_drake.systems.people import SocialForceParameters
 from hunav_drake.systems.people.parameters import PARAMETERS
+from hunav_drake.systems.people.profile import RECORDED, own_forces
 from hunav_drake.systems.people.weights import (
     WEIGHTS,
     check_weights,
@@ -73,6 +74,24 @@ def test_custom_weights_are_as_written():
     np.testing.assert_array_equal(
         draw_weights([human], seed=5), as_written(human.forces)
     )
+
+
+def test_people_without_weights_have_those_of_the_profile():
+    human = HumanConfig(pose=(0, 0, 0))
+    recorded, old = (
+        draw_weights([human], 5, profile).tolist()
+        for profile in ("default", "hunav_drake_0.1")
+    )
+    assert old == [list(dataclasses.astuple(SocialForceParameters()))]
+    assert recorded == [list(dataclasses.astuple(RECORDED))] != old
+
+
+@pytest.mark.parametrize("mode", RANDOM_MODES)
+def test_drawn_weights_stand_among_those_of_hunavsim(mode):
+    human = HumanConfig(pose=(0, 0, 0), forces_mode=mode)
+    (usual,) = as_written(SocialForceParameters())
+    drawn = draw_weights([human], seed=5)
+    np.testing.assert_array_equal(np.flatnonzero(drawn[0] != usual), COLUMNS)
 
 
 def test_default_weights_are_those_of_hunavsim():
@@ -252,7 +271,9 @@ def test_the_configurations_of_hunavsim_are_the_modes(
     file.write_text(AGENTS.replace("CONFIGURATION", str(configuration)))
     (human,) = ImportAgents(file).humans
     assert human.forces_mode == mode
-    assert human.forces.goal_factor == goal_factor
+    forces = own_forces(human, "default")
+    assert forces.goal_factor == goal_factor
+    assert forces.gamma == 0.35
 
 
 def test_an_unknown_configuration_is_refused(tmp_path):
