@@ -198,8 +198,8 @@ def test_surprised_person_stands_and_turns_to_the_robot():
 def test_scared_person_slows_down_and_is_pushed_away():
     command = wish(tick(LoadTree("scared"), robot=at(2.0, 0.0)))
     assert command[Command.MAX_SPEED] == command[Command.DESIRED_SPEED] == 0.6
-    # 20 m/s^2 times 0.2 m.
-    assert command[Command.ROBOT_REPULSION] == 4.0
+    # 22 m/s^2 times 0.2 m.
+    assert command[Command.ROBOT_REPULSION] == pytest.approx(22.0 * 0.2)
     assert command[Command.GOAL_X] == 9.0
     assert command[Command.ROBOT_ROLE] == RobotRole.UNSEEN
 
@@ -255,7 +255,7 @@ PORTS = {
     "surprised": ({"turn_rate": 1.0}, Command.TURN_RATE, 1.0),
     "scared": ({"speed": 0.3}, Command.MAX_SPEED, 0.3),
     "scared push": ({"push": 10.0}, Command.ROBOT_REPULSION, 2.0),
-    "scared range": ({"push_range": 0.1}, Command.ROBOT_REPULSION, 2.0),
+    "scared range": ({"push_range": 0.1}, Command.ROBOT_REPULSION, 2.2),
     "scared robot": ({"robot": "pedestrian"}, Command.ROBOT_ROLE, 1.0),
     "curious": ({"stop_distance": 3.0}, Command.HOLD, 1.0),
     "curious speed": ({"speed": 0.9}, Command.DESIRED_SPEED, 0.18),
