@@ -69,7 +69,8 @@ def LoadScenario(
     Raises:
         ScenarioError: If the file cannot be read, does not fit the schema, or
             cannot be simulated. The error lists all faults with their places.
-        TypeError: If `filename` is neither a text nor a path.
+        TypeError: If `filename` is neither a text nor a path, or `data` no
+            text.
         ValueError: If not exactly one of `filename` and `data` is given.
     """
     if not isinstance(filename, str | Path | None):
@@ -78,6 +79,11 @@ def LoadScenario(
             f" got {shown(filename)}; for data, use"
             " CheckScenario(Scenario(...)), or LoadScenario(data='...') for"
             " YAML"
+        )
+    if not isinstance(data, str | None):
+        raise TypeError(
+            "LoadScenario() takes data as YAML text (JSON is YAML, too), got"
+            f" {shown(data)}; for a mapping, use data=json.dumps(...)"
         )
     if (filename is None) == (data is None):
         raise ValueError(
