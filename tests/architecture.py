@@ -191,6 +191,7 @@ def functions() -> list[Function]:
             count -= bool(first) and first[0].arg in ("self", "cls")
             compiled = any(
                 "jit" in ast.unparse(decorator)
+                or "late_as" in ast.unparse(decorator)
                 for decorator in node.decorator_list
             )
             found.append(Function(count, f"{name}.{node.name}", compiled))

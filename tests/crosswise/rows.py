@@ -17,7 +17,7 @@ Level = tuple[str, str]
 Pair = frozenset[Level]
 
 # How many rows are tried for each that is taken.
-_TRIES = 2
+_TRIES = 4
 
 
 def covered(row: Row) -> Iterator[Pair]:

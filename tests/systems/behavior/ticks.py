@@ -36,6 +36,7 @@ ORIGINAL = {
     "ignore_robot_when_idle": True,
     "deceleration": 0.0,
     "own_maximum": False,
+    "push": 20.0,
     "make_way": False,
     "near": 0.0,
     "wait_time": 1e9,

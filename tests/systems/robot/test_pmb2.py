@@ -8,6 +8,7 @@ import pytest
 
 from hunav_drake import HumanConfig
 from hunav_drake.systems.common.layout import Contact
+from hunav_drake.systems.people import SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.systems.robot.driven_robots import drive, make_diagram
 
@@ -19,7 +20,13 @@ STALL_FORCE = 2 * 6 / 0.0985
 
 
 def standing_person(x=2.0, y=0.0):
-    return HumanConfig(pose=(x, y, math.pi), desired_speed=0.0)
+    """Returns one with HuNavSim's weights: no force moves it off a robot.
+
+    (With the default's, a robot that is as near as this pushes it aside.)
+    """
+    return HumanConfig(
+        pose=(x, y, math.pi), desired_speed=0.0, forces=SocialForceParameters()
+    )
 
 
 def gaps(run):
