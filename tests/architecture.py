@@ -190,7 +190,8 @@ def functions() -> list[Function]:
             first = (a.posonlyargs + a.args)[:1]
             count -= bool(first) and first[0].arg in ("self", "cls")
             compiled = any(
-                "jit" in ast.unparse(decorator)
+                word in ast.unparse(decorator)
+                for word in ("jit", "late_as")
                 for decorator in node.decorator_list
             )
             found.append(Function(count, f"{name}.{node.name}", compiled))
