@@ -139,6 +139,7 @@ def load_scenario(
 
 def tell_doubts(scenario: "Scenario", place: str = "") -> None:
     """Prints notes on a valid scenario that may not be what the user wants."""
+    from hunav_drake.scenario.population import people_who_never_come
     from hunav_drake.scenario.randomness import is_own, same_for_all_seeds
 
     notes = [same_for_all_seeds(scenario)]
@@ -148,6 +149,7 @@ def tell_doubts(scenario: "Scenario", place: str = "") -> None:
             f" {scenario.simulation.duration:g} s; set robot.goal, as in --set"
             " 'robot.goal=[5, 0, 0]'"
         )
+    notes.append(people_who_never_come(scenario))
     for note in filter(None, notes):
         print(f"hunav: note: {place}{note}", file=sys.stderr)
 

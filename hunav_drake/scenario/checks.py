@@ -1,6 +1,7 @@
 """Checks of a scenario as a whole."""
 
 from collections.abc import Callable, Iterator, Sequence
+import dataclasses as dc
 import math
 from typing import Any
 import warnings
@@ -30,6 +31,7 @@ from hunav_drake.systems.people.behavior_choice import (
     is_xml,
     tree_of,
 )
+from hunav_drake.systems.people.human_config import STAND_IN, HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
@@ -40,6 +42,13 @@ from hunav_drake.tracks.recorded import load_tracks, track_of
 
 # Times that differ by less are the same, in seconds.
 _SAME_TIME = 1e-9
+
+# What a person with a track has of its recording, and the defaults.
+_RECORDED = {
+    field.name: field.default
+    for field in dc.fields(HumanConfig)
+    if field.name in ("desired_speed", "max_speed", "goal_radius", "cyclic")
+} | {"pose": STAND_IN, "goals": []}
 
 _MAX_UNKNOWN = 100  # At most so many unknown names get suggestions.
 
@@ -160,6 +169,7 @@ def check_tracks(scenario: Scenario) -> Iterator[Finding]:
     if scenario.population.tracks is not None:
         configs.append((("population", "tracks"), scenario.population.tracks))
     told = set()
+    holders: dict[Any, Loc] = {}
     for loc, config in configs:
         try:
             tracks = load_tracks(config).people
@@ -173,16 +183,29 @@ def check_tracks(scenario: Scenario) -> Iterator[Finding]:
                 yield Finding(loc, message)
             continue
         yield from _check_presence(scenario, loc, config, tracks)
+        for it in tracks:
+            person = config.file, config.start, it.id
+            other = holders.setdefault(person, loc)
+            if other != loc:
+                yield Finding(
+                    loc,
+                    f"must not have person {it.id} again, whom"
+                    f" {path_text(scenario, other)} has: both would be on one"
+                    " place; leave one out",
+                    uses=(other,),
+                )
+                break
     for i, human in enumerate(scenario.humans):
         if human.track is None:
             continue
         loc = ("humans", i)
-        if human.goals:
-            yield Finding(
-                (*loc, "goals"),
-                "must not be given to a person with a track, which has the goal"
-                " of its recording; leave them out",
-            )
+        for key, default in _RECORDED.items():
+            if getattr(human, key) != default:
+                yield Finding(
+                    (*loc, key),
+                    "must not be given to a person with a track, whose"
+                    " recording has the way and the speed; leave it out",
+                )
         if human.track.mode == "blind" and human.behavior != "regular":
             yield Finding(
                 (*loc, "behavior"),

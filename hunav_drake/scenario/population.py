@@ -15,7 +15,13 @@ from hunav_drake.systems.people.population import (
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.solids import WorldFileError
-from hunav_drake.tracks.recorded import load_tracks, people_of, with_track
+from hunav_drake.tracks.recorded import (
+    load_tracks,
+    people_of,
+    present,
+    track_of,
+    with_track,
+)
 
 
 def draw_people(scenario: Scenario) -> list[HumanConfig]:
@@ -58,13 +64,31 @@ def _known_people(scenario: Scenario) -> list[HumanConfig]:
     if tracks is None:
         return listed
     groups = [human.group_id for human in listed]
-    return [*listed, *people_of(tracks, max([-1, *groups]) + 1)]
+    first = _first_free(groups, len(load_tracks(tracks).people))
+    return [*listed, *people_of(tracks, first)]
 
 
 def has_recorded_people(scenario: Scenario) -> bool:
     """Returns whether any person of a scenario follows a recording."""
     listed = any(human.track is not None for human in scenario.humans)
     return listed or scenario.population.tracks is not None
+
+
+def people_who_never_come(scenario: Scenario) -> str:
+    """Returns a note on recorded people who are there at no step, or ""."""
+    tracks = [track_of(it.track) for it in scenario.humans if it.track]
+    if scenario.population.tracks is not None:
+        tracks += load_tracks(scenario.population.tracks).people
+    simulation = scenario.simulation
+    step, duration = simulation.time_step, simulation.duration
+    few = len(tracks) - len(present(tracks, step, duration))
+    if not few:
+        return ""
+    return (
+        f"{few} of {len(tracks)} recorded people are not there at any step of"
+        f" the trial, which ends at {duration:g} s; leave them out (`end` of"
+        " tracks), or set a longer simulation.duration"
+    )
 
 
 def people_seed(scenario: Scenario) -> int | None:

@@ -15,6 +15,7 @@ from hunav_drake.systems.common.registry import known_name
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
+from hunav_drake.systems.people.human_config import STAND_IN
 
 
 def SaveScenario(scenario: Scenario, filename: str | Path | None = None) -> str:
@@ -111,6 +112,8 @@ def plain(value: Any, *, whole: bool = True) -> Any:
             default = field.default_factory()
         if defaults is not None and field.name != "profile":
             default = getattr(defaults, field.name)
+        if field.name == "pose" and getattr(value, "track", None):
+            default = STAND_IN
         if whole or item != default:
             result[field.name] = plain(item, whole=whole)
     return result

@@ -1,14 +1,17 @@
 """The recorded people of a scenario, as their files have them."""
 
+from collections.abc import Iterable
 import dataclasses
 import functools
 import math
 import os
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.common.schema import MAX_COORDINATE
+from hunav_drake.systems.people.human_config import STAND_IN, HumanConfig
 from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
 from hunav_drake.systems.people.track_groups import (
     nearest_others,
@@ -16,9 +19,12 @@ from hunav_drake.systems.people.track_groups import (
 )
 from hunav_drake.systems.people.tracks import WALKING, Track, Tracks, motion_at
 from hunav_drake.tracks.files import ReadTracks
+from hunav_drake.tracks.formats import find_format
 
 # The least radius of the body of a recorded person, in meters.
 _SMALLEST_BODY = 0.1
+# Times that differ by less are the same: in steps, and in seconds.
+_SAME = 1e-9
 
 
 def load_tracks(config: TracksConfig) -> Tracks:
@@ -54,9 +60,10 @@ class _Reading(NamedTuple):
 
 @functools.lru_cache(maxsize=8)
 def _load(reading: _Reading) -> Tracks:
-    file, start, end = reading.file, reading.start, reading.end
+    file, format = reading.file, reading.format
+    start, end = reading.start, reading.end
     tracks = ReadTracks(
-        file, reading.format, fps=reading.fps, unit=reading.unit
+        file, format, fps=reading.fps, unit=reading.unit
     ).split()
     within = tracks.between(start, math.inf if end is None else end)
     if not within.people:
@@ -67,9 +74,34 @@ def _load(reading: _Reading) -> Tracks:
             f"{file}: nobody is there from {start:g} s {until}; the recording"
             f" is from {first:g} to {last:g} s"
         )
+    name = find_format(Path(file)) if format == "auto" else format
+    if name == "csv" and reading.fps is not None:
+        raise ValueError(
+            f"{file}: fps has no part in csv, whose rows have times; leave it"
+            " out"
+        )
+    for it in within.people:
+        if it.id < 0 or np.abs(it.positions).max() > MAX_COORDINATE:
+            raise ValueError(
+                f"{file}: person {it.id} cannot be replayed: the number must be"
+                f" at least 0, and rows within {MAX_COORDINATE:g} m of the"
+                " origin along x and y; see `hunav tracks` to shift them"
+            )
     if reading.smooth is not None:
         within = within.smoothed(reading.smooth or None)
     return within
+
+
+def present(
+    tracks: Iterable[Track], time_step: float, duration: float
+) -> list[Track]:
+    """Returns those who are there at a step of a trial; times in seconds."""
+    return [
+        it
+        for it in tracks
+        if math.ceil(it.times[0] / time_step - _SAME) * time_step
+        <= min(it.times[-1], duration) + _SAME
+    ]
 
 
 def track_of(config: TrackConfig) -> Track:
@@ -143,7 +175,7 @@ def people_of(
         with_track(
             HumanConfig(
                 name=f"recorded_{track.id}",
-                pose=(0.0, 0.0, 0.0),
+                pose=STAND_IN,
                 cyclic=False,
                 group_id=group if group < 0 else first_group_id + group,
                 track=TrackConfig(**options, id=track.id),

@@ -106,5 +106,8 @@ def _in_one_line(cls: Any, error: ValidationError) -> str:
         else:
             words = message_of(kind, item)
         faults[place] = words
-    told = "; ".join(f"{place}: {words}" for place, words in faults.items())
+    told = "; ".join(
+        f"{place}: {words}" if place else words
+        for place, words in faults.items()
+    )
     return f"{cls.__name__}(): {told}"

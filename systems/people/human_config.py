@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Field, GetJsonSchemaHandler, StrictBool, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
@@ -29,6 +29,9 @@ LARGEST_BODY = 0.25
 
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
+
+# The pose of a person whose recording has it.
+STAND_IN = (0.0, 0.0, 0.0)
 
 # The largest number of a group.
 MAX_GROUP_ID = 2**31 - 1
@@ -107,8 +110,22 @@ class HumanConfig:
         given = data.kwargs if is_call else data
         if not isinstance(given, Mapping) or given.get("track") is None:
             return data
-        given = {"pose": (0.0, 0.0, 0.0), **given}
+        given = {"pose": STAND_IN, **given}
         return ArgsKwargs(data.args, given) if is_call else given
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: Any, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Returns the JSON schema: a person with a track needs no pose."""
+        reference = handler(core_schema)
+        schema = handler.resolve_ref_schema(reference)
+        required = {"required": schema.pop("required")}
+        given = {"properties": {"track": {"type": "object"}}}
+        schema.update(
+            {"if": {**given, "required": ["track"]}, "else": required}
+        )
+        return reference
 
     @property
     def speed_limit(self) -> float:

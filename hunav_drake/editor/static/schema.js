@@ -83,7 +83,7 @@ export function describe(root, schema) {
     const isPoints = item.kind === "tuple" && item.items.length === 2 && item.items.every((part) => part.kind === "number");
     return { ...node, kind: isPoints ? "points" : "list", item };
   }
-  if (it.properties && Object.keys(it.properties).length) return { ...node, kind: "object", properties: it.properties, required: it.required ?? [] };
+  if (it.properties && Object.keys(it.properties).length) return { ...node, kind: "object", properties: it.properties, required: it.required ?? it.else?.required ?? [] };
   if (it.additionalProperties && it.additionalProperties !== true) {
     return { ...node, kind: "map", item: describe(root, it.additionalProperties) };
   }

@@ -232,7 +232,7 @@ def test_recorded_people_are_kept_and_need_no_pose(tmp_path):
         "  - {name: eva, pose: [0, 4, 0]}\n"
         "  - track: {file: people.csv, id: 3, on: 1.5}  # recorded\n"
         "population:\n"
-        "  tracks: {file: people.csv, mode: blind}\n"
+        "  tracks: {file: people.csv, mode: blind, start: 1}\n"
         "robot: {start: [-3, -3, 0]}\n"
     )
     file.write_text(text)

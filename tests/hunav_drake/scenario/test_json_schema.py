@@ -37,6 +37,14 @@ def test_a_saved_scenario_fits(dut, name):
     dut.validate(yaml.safe_load(saved))
 
 
+def test_only_a_recorded_person_needs_no_pose(dut):
+    track = {"file": "people.csv", "id": 1}
+    dut.validate({"humans": [{"track": track}, {"pose": [0, 0, 0]}]})
+    for human in ({}, {"track": None}):
+        with pytest.raises(jsonschema.ValidationError, match="'pose' is a req"):
+            dut.validate({"humans": [human]})
+
+
 WALL = "type: box, center: [5, 5], size: [1, 1]"
 PERSON = "pose: [5, 5, 0]"
 COHORT = "number: 3, start: [{rectangle: [0, 0, 9, 9]}]"

@@ -21,8 +21,9 @@ from hunav_drake import (
     TransferContext,
 )
 from hunav_drake.scenario.named_files import files_sha256
-from hunav_drake.scenario.population import draw_people
+from hunav_drake.scenario.population import draw_people, people_who_never_come
 from hunav_drake.systems.crowd import MOTION_MODELS
+from hunav_drake.systems.people.track_config import TracksConfig
 from hunav_drake.systems.people.track_groups import walking_groups
 from hunav_drake.systems.people.tracks import motion_at
 from hunav_drake.systems.planning import PLANNERS
@@ -207,7 +208,7 @@ def test_paths_are_relative_to_the_scenario(tmp_path):
     (tmp_path / "data" / "people.csv").write_bytes(FILE.read_bytes())
     file = tmp_path / "own.yaml"
     file.write_text(
-        "humans: [{track: {file: data/people.csv, id: 4}}]\n"
+        "humans: [{track: {file: data/people.csv, id: 4, end: 9, start: 1}}]\n"
         "population: {tracks: {file: data/people.csv, on: 1.5, off: 2.5}}\n"
         "robot: {start: [-5, -1, 0]}\n"
     )
@@ -216,6 +217,7 @@ def test_paths_are_relative_to_the_scenario(tmp_path):
     assert len(draw_people(scenario)) == 6
     text = SaveScenario(scenario, tmp_path / "again.yaml")
     assert "file: data/people.csv" in text
+    assert "pose" not in text
     again = LoadScenario(tmp_path / "again.yaml")
     assert again.population.tracks == scenario.population.tracks
     assert again.population.tracks.off == 2.5
@@ -252,12 +254,17 @@ def test_a_recorded_person_needs_no_pose_and_others_do():
         (["population.tracks.off=1.0"], "off must be at least on"),
         (["population.tracks.end=0.0"], "end must be after start"),
         (["population.tracks.start=99.0"], "nobody is there from 99 s on"),
+        (["population.tracks.fps=10"], "fps has no part in csv"),
         (["population.tracks.fsp=3"], "did you mean 'fps'"),
         (["population.tracks.format=svg"], "format: there is no format 'svg'"),
         (["robot.type=pmb2"], "a physical robot needs recorded people with"),
         (
             ["humans=[{name: recorded_2, pose: [0, 3, 0]}]"],
             "must not give a name that somebody has",
+        ),
+        (
+            [f"humans=[{{track: {{file: {FILE}, id: 2}}}}]"],
+            r"person 2 again, whom humans\[0\] .*track has",
         ),
     ],
 )
@@ -273,7 +280,9 @@ def test_faults_have_a_place_and_a_remedy(overrides, words):
         ("track: {file: FILE, id: 9}", "no person 9; there are 1, 2, 3"),
         ("track: {file: FILE, id: -1}", r"track\.id: must be"),
         ("track: {file: FILE}", r"track\.id: is missing"),
-        ("track: {file: FILE, id: 1}, goals: [[1, 2]]", "has the goal of its"),
+        ("track: {file: FILE, id: 1}, goals: [[1, 2]]", "goals: must not be"),
+        ("track: {file: FILE, id: 1}, pose: [1, 2, 0]", "pose: must not be"),
+        ("track: {file: FILE, id: 1}, desired_speed: 0", "speed: must not be"),
         (
             "track: {file: FILE, id: 1, mode: blind}, behavior: scared",
             "must be regular for a person who follows",
@@ -284,6 +293,32 @@ def test_faults_of_a_persons_track(person, words):
     data = f"humans: [{{{person.replace('FILE', str(FILE))}}}]\n"
     with pytest.raises(ScenarioError, match=words):
         load(data=data + "robot: {start: [-9, 4, 0]}\n")
+
+
+@pytest.mark.parametrize("row", ["0,-1,2,2", "0,1,2e5,2"])
+def test_people_who_cannot_be_replayed_are_told_by_the_check(row, tmp_path):
+    file = tmp_path / "people.csv"
+    file.write_text(f"time,id,x,y\n{row}\n")
+    with pytest.raises(ScenarioError, match=r"tracks: .* cannot be replayed"):
+        load(f"population.tracks.file={file}")
+
+
+def test_people_who_never_come_are_told():
+    assert people_who_never_come(load()) == ""
+    # Person 4 comes at 1.2 s.
+    assert "1 of 5" in people_who_never_come(load("simulation.duration=1"))
+    note = people_who_never_come(load("simulation.duration=1", data=ONE))
+    assert "1 of 1 recorded people are not there" in note
+
+
+def test_a_group_may_have_the_largest_number():
+    most = "humans=[{pose: [0, 3, 0], group_id: 2147483647}]"
+    assert draw_people(load(most))[2].group_id == 0
+
+
+def test_a_configuration_in_python_tells_its_fault():
+    with pytest.raises(ValueError, match=r"^TracksConfig\(\): off must be"):
+        TracksConfig(file="people.csv", on=4.0)
 
 
 def test_a_physical_robot_meets_people_who_stay():
