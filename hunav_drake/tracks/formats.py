@@ -286,9 +286,30 @@ def _frames(
 
 def _frame_times(frames: Array, options: Options) -> Array:
     """Returns the times of frames; by default, rows are 0.4 s apart."""
+    return frames / (options.fps or _usual_step(frames) / _PERIOD)
+
+
+def _usual_step(frames: Array) -> float:
+    """Returns the most common distance of frames; 1 for a single one."""
     values, counts = np.unique(np.diff(np.unique(frames)), return_counts=True)
-    step = float(values[np.argmax(counts)]) if len(values) else 1.0
-    return frames / (options.fps or step / _PERIOD)
+    return float(values[np.argmax(counts)]) if len(values) else 1.0
+
+
+def _least_step(frames: Array) -> float:
+    """Returns the least distance of frames; 1 for a single one."""
+    steps = np.diff(np.unique(frames))
+    return float(steps.min()) if len(steps) else 1.0
+
+
+def _check_period(tracks: Tracks) -> None:
+    """Raises a ValueError if rows are usually not 0.4 s apart."""
+    frames = [frame for _, frame, _, _ in _frames(tracks, _PERIOD)]
+    period = _usual_step(np.array(frames)) * _PERIOD
+    if period > 1.5 * _PERIOD:
+        raise ValueError(
+            f"rows are {period:g} s apart, and would be read as {_PERIOD:g} s;"
+            f" resample the tracks at {_PERIOD:g} s"
+        )
 
 
 def _rate_of(text: str) -> float:
@@ -326,6 +347,7 @@ def _read_eth(path: Path, options: Options) -> Rows:
 
 
 def _write_eth(tracks: Tracks, options: Options) -> bytes:
+    _check_period(tracks)
     lines = []
     for it in tracks.people:
         velocities = motion_at(it, it.times).velocities.tolist()
@@ -346,6 +368,7 @@ def _read_ucy(path: Path, options: Options) -> Rows:
 
 
 def _write_ucy(tracks: Tracks, options: Options) -> bytes:
+    _check_period(tracks)
     rows = sorted(_frames(tracks, _PERIOD), key=lambda row: (row[1], row[0]))
     lines = [f"{10 * f}\t{id}\t{x!r}\t{y!r}\n" for id, f, x, y in rows]
     return "".join(lines).encode()
@@ -440,9 +463,8 @@ def _read_trajnet(path: Path, options: Options) -> Rows:
     table = np.array(rows).reshape(-1, 4)
     if options.fps is None and rates and rates[0] > 0:
         # Its rate is that of rows: frames may count by more than one.
-        steps = np.diff(np.unique(table[:, 0]))
-        step = float(steps.min()) if len(steps) else 1.0
-        options = options._replace(fps=rates[0] * step)
+        fps = rates[0] * _least_step(table[:, 0])
+        options = options._replace(fps=fps)
     times = _frame_times(table[:, 0], options)
     return Rows(
         np.array(lines, dtype=np.int64), table[:, 1], times, table[:, 2:]
@@ -453,7 +475,8 @@ def _write_trajnet(tracks: Tracks, options: Options) -> bytes:
     fps = _fps_of(tracks, options)
     rows = sorted(_frames(tracks, 1 / fps), key=lambda row: (row[1], row[0]))
     scene = {"id": 0, "p": rows[0][0], "s": rows[0][1], "e": rows[-1][1]}
-    lines: list[Any] = [{"scene": {**scene, "fps": fps}}]
+    rate = fps / _least_step(np.array([frame for _, frame, _, _ in rows]))
+    lines: list[Any] = [{"scene": {**scene, "fps": rate}}]
     lines += [
         {"track": {"f": f, "p": p, "x": x, "y": y}} for p, f, x, y in rows
     ]

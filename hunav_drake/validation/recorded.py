@@ -118,6 +118,8 @@ def windows_of(tracks: Tracks, stride: int = FUTURE) -> Iterator[Array]:
         Shape (n, PAST + FUTURE, 2), n > 0, in meters.
     """
     people = tracks.split().resampled(STEP).people
+    if not people:
+        return
     first = min(round(it.times[0] / STEP) for it in people)
     last = max(round(it.times[-1] / STEP) for it in people)
     places = np.full((len(people), last - first + 1, 2), np.nan)

@@ -21,6 +21,9 @@ LONGEST_GAP = 1.0
 _LEAST_ROWS = 5
 _NO_NOISE = 1e-6
 
+# Times that differ by less are the same, in seconds.
+_SAME = 1e-9
+
 
 class Track(NamedTuple):
     """The path of one person over time.
@@ -274,7 +277,7 @@ def motion_at(track: Track, times: ArrayLike) -> Motion:
         ends = "not-a-knot" if len(track.times) > 3 else "natural"
         path = CubicSpline(track.times, track.positions, bc_type=ends)
         positions, velocities = path(inside), path(inside, 1)
-        velocities[(at < start) | (at > end)] = 0.0
+        velocities[(at < start - _SAME) | (at > end + _SAME)] = 0.0
     if track.yaws is not None:
         yaws = np.interp(inside, track.times, np.unwrap(track.yaws))
         return Motion(positions, velocities, _wrapped(yaws))

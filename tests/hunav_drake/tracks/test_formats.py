@@ -75,6 +75,22 @@ def test_formats_without_a_rate_need_their_own_period(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_formats_without_a_rate_refuse_every_other_row(tmp_path):
+    tracks = three_people().resampled(0.8)
+    for name in ("eth", "ucy"):
+        with pytest.raises(ValueError, match=r"0\.8 s apart.* at 0\.4 s"):
+            WriteTracks(tracks, tmp_path / "a.txt", name)
+
+
+@pytest.mark.parametrize("name", ["petrack", "jupedsim", "trajnet"])
+def test_rows_may_skip_frames(name, tmp_path):
+    expected = three_people()
+    WriteTracks(expected, tmp_path / "a", name, fps=10)
+    found = ReadTracks(tmp_path / "a", name)
+    for one, other in zip(found.people, expected.people, strict=True):
+        assert np.allclose(one.times, other.times, atol=1e-9)
+
+
 def test_one_row_has_no_rate(tmp_path):
     one = Tracks((Track(1, np.array([2.0]), np.zeros((1, 2))),))
     for name in ("petrack", "jupedsim", "trajnet"):

@@ -178,6 +178,8 @@ def test_the_command_writes_tables(tmp_path, capsys):
     assert [it["model"] for it in scores[:2]] == ["constant_velocity", "orca"]
     assert main([*words, "--case", "lanes"]) == 2
     assert "--case: has no effect" in capsys.readouterr().err
-    WriteTracks(walkers(rows=5), file)
-    assert main(words) == 2
-    assert "nobody is there for 8 s" in capsys.readouterr().err
+    between = Tracks((Track(1, np.array([0.1, 0.2]), np.zeros((2, 2))),))
+    for tracks in (walkers(rows=5), between):
+        WriteTracks(tracks, file)
+        assert main(words) == 2
+        assert "nobody is there for 8 s" in capsys.readouterr().err

@@ -134,6 +134,14 @@ def test_before_and_after_a_track_the_person_stands():
     assert not motion.velocities.any()
 
 
+def test_rounding_of_the_last_time_does_not_stop_a_person():
+    times = np.round(np.arange(4) * 0.4, 6)
+    assert times[-1] < 3 * 0.4
+    track = Track(1, times, np.column_stack([times, 0 * times]))
+    motion = motion_at(track, np.arange(4) * 0.4)
+    assert np.allclose(motion.velocities, [1.0, 0.0])
+
+
 @pytest.mark.parametrize("rows", [1, 2, 3, 4])
 def test_short_tracks_are_tracks(rows):
     times = np.arange(rows) * 0.4
