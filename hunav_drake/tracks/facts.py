@@ -68,7 +68,7 @@ def describe_tracks(tracks: Tracks) -> TracksFacts:
     speeds = np.hypot(*velocities.T)
     walking = speeds[speeds > WALKING]
     period = tracks.period
-    present, nearest, density = _at_each_time(times, places, period)
+    present, nearest, density = _at_each_time(tracks)
     cells = np.unique(np.floor(places).astype(int), axis=0)
     return TracksFacts(
         people=len(people),
@@ -102,16 +102,30 @@ def _percentiles(values: Array) -> tuple[float, float, float]:
     return low, middle, high
 
 
-def _at_each_time(
-    times: Array, places: Array, period: float
-) -> tuple[list[int], float, float]:
-    """Returns the people at each time, their nearest distance, and density."""
+def _at_each_time(tracks: Tracks) -> tuple[list[int], float, float]:
+    """Returns the people at each time, their nearest distance, and density.
+
+    The times are those of all rows; between the own ones, people follow cubic
+    splines.
+    """
     from scipy.spatial import cKDTree
 
-    ticks = np.round(times / period) if math.isfinite(period) else times
+    people = tracks.split().people
+    ticks = np.unique(np.concatenate([it.times for it in people]))
+    shared = [
+        ticks[(it.times[0] <= ticks) & (ticks <= it.times[-1])] for it in people
+    ]
+    places = np.vstack(
+        [
+            motion_at(it, own).positions
+            for it, own in zip(people, shared, strict=True)
+        ]
+    )
+    whens = np.concatenate(shared)
+    order = np.argsort(whens, kind="stable")
+    ends = np.searchsorted(whens[order], ticks, side="right")
     present, nearest, around = [], [], []
-    for tick in np.unique(ticks):
-        here = places[ticks == tick]
+    for here in np.split(places[order], ends[:-1]):
         present.append(len(here))
         away = cKDTree(here).query(here, k=2)[0][:, 1]
         nearest += away[away <= _NEAR].tolist()

@@ -170,6 +170,9 @@ def _change_mode(row, own, person, robots, now, time_step, tables):
         phase = now - own[CLOCK]
         if not here or row[KIND] == _BLIND or phase < row[START] - _SAME:
             return
+        if phase >= row[END] - _SAME:
+            # It leaves.
+            return
         if row[KIND] == _REACTIVE or _reach(person, robots) < row[ON]:
             own[:] = 0.0
             own[REACTS] = 1.0

@@ -303,3 +303,16 @@ def test_a_memory_that_nobody_can_have_is_told():
     context.SetDiscreteState(1, wrong)
     with pytest.raises(ValueError, match=r"memory of humans\[0\]"):
         dut.CheckContext(context)
+
+
+def test_nobody_is_handed_over_at_the_end_of_a_recording():
+    once = Track(1, np.zeros(1), np.zeros((1, 2)))
+    for mode in ("hand_over", "reactive"):
+        dut = RecordedPeople([once], [human(once, mode)], time_step=STEP)
+        context = dut.CreateDefaultContext()
+        at_origin = np.zeros(STATE_SIZE)
+        dut.get_input_port(0).FixValue(context, at_origin)
+        dut.GetInputPort("robot_states").FixValue(context, at_origin)
+        dut.GetInputPort("commands").FixValue(context, np.zeros(COMMAND_SIZE))
+        mask, x, *_ = dut.GetOutputPort("tracks").Eval(context)
+        assert (mask, x) == (1.0, OUTSIDE)

@@ -1,0 +1,24 @@
+"""What a recording of known people is told to hold."""
+
+import numpy as np
+import pytest
+
+from hunav_drake import Tracks
+from hunav_drake.systems.people.tracks import Track
+from hunav_drake.tracks.facts import describe_tracks
+
+
+def line(number, period):
+    """Returns one who walks along x for 20 s, 2 m beside the one before."""
+    times = np.arange(0.0, 20.01, period)
+    return Track(
+        number, times, np.column_stack([1.2 * times, 0 * times + 2.0 * number])
+    )
+
+
+@pytest.mark.parametrize("periods", [[0.4] * 6, [0.4] * 5 + [0.1], [0.1, 0.4]])
+def test_people_are_counted_whatever_the_rates_of_their_rows(periods):
+    tracks = Tracks(tuple(line(i, it) for i, it in enumerate(periods)))
+    facts = describe_tracks(tracks)
+    assert facts.present == facts.most == len(periods)
+    assert facts.nearest == pytest.approx(2.0, abs=1e-6)
