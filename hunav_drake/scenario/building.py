@@ -17,6 +17,7 @@ from hunav_drake.scenario.error import (
     path_text,
     suggestion,
 )
+from hunav_drake.scenario.fleet import find_of_each
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.systems.common.old_words import TAG
@@ -137,7 +138,7 @@ def build_scenario(
         silent = _Overlap([*known, *(found.loc for found in findings)])
         findings += [
             found
-            for found in check(scenario)
+            for found in find_of_each(scenario, check)
             if not any(map(silent.meets, (found.loc, *found.uses)))
         ]
     if findings:
@@ -263,19 +264,29 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
                 human.update(_SUBSTITUTE_HUMAN)
             else:
                 human.pop(loc[2], None)
-        elif len(loc) >= 2 and isinstance(data.get(loc[0]), dict):
-            if loc[1] == TAG and kind_of(hint_at(loc[:1])):
-                # The parameters beside it are of an unknown type.
-                data.pop(loc[0])
-            else:
-                data[loc[0]].pop(loc[1], None)
+        elif len(loc) >= 3 and loc[0] == "robots":
+            member = data["robots"][loc[1]]
+            if isinstance(member, dict):
+                _drop(member, loc[2:])
         elif loc:
-            data.pop(loc[0], None)
+            _drop(data, loc)
     try:
         return TypeAdapter(Scenario).validate_python(data)
     except ValidationError:
         # There are more faults than were read: those known are enough.
         return None
+
+
+def _drop(data: Any, loc: Loc) -> None:
+    """Takes a faulty part out of a scenario or of one of its robots."""
+    key = loc[0]
+    if len(loc) < 2 or not isinstance(data.get(key), dict):
+        data.pop(key, None)
+    elif loc[1] == TAG and kind_of(hint_at((key,))):
+        # The parameters beside it are of an unknown type.
+        data.pop(key)
+    else:
+        data[key].pop(loc[1], None)
 
 
 class _Overlap:

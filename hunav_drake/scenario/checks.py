@@ -16,6 +16,7 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
+from hunav_drake.scenario.fleet import check_fleet, find_of_each
 from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, find_unseen
 from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.reachability import check_ways
@@ -99,13 +100,15 @@ def warn_of_doubts(
     The scenario has no faults; `place` makes a fault with its place of a
     finding.
     """
-    doubts = [*_check_angles(scenario)]
-    doubts += [
-        Finding(("robot", *loc), message)
-        for loc, message in scenario.robot.find_doubts()
-    ]
+    doubts = [*find_of_each(scenario, _check_angles)]
+    doubts += find_of_each(scenario, _find_doubts)
     for found in doubts:
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
+
+
+def _find_doubts(scenario: Scenario) -> Iterator[Finding]:
+    for loc, message in scenario.robot.find_doubts():
+        yield Finding(("robot", *loc), message)
 
 
 def _check_angles(scenario: Scenario) -> Iterator[Finding]:
@@ -494,6 +497,7 @@ def check_bodies(scenario: Scenario) -> Iterator[Finding]:
 
 # Checks that need neither the geometry of the world nor what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
+    check_fleet,
     check_people,
     check_epsilon,
     check_jitter,

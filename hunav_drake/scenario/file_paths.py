@@ -95,14 +95,16 @@ def _change_world_files(data: Any, change: Change) -> None:
 
 
 def _change_model(data: Any, change: Change) -> None:
-    """Changes the paths of the robot's model."""
-    robot = child(data, "robot")
-    file = child(robot, "file")
-    if isinstance(file, str) and file and not file.startswith("package://"):
-        robot["file"] = change(file)
-    packages = child(robot, "packages")
-    if isinstance(packages, dict):
-        robot["packages"] = {
-            name: change(path) if isinstance(path, str) else path
-            for name, path in packages.items()
-        }
+    """Changes the paths of the robots' models."""
+    members = child(data, "robots")
+    for holder in (data, *(members if isinstance(members, list) else [])):
+        robot = child(holder, "robot")
+        file = child(robot, "file")
+        if isinstance(file, str) and file and not file.startswith("package://"):
+            robot["file"] = change(file)
+        packages = child(robot, "packages")
+        if isinstance(packages, dict):
+            robot["packages"] = {
+                name: change(path) if isinstance(path, str) else path
+                for name, path in packages.items()
+            }

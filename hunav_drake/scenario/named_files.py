@@ -4,7 +4,7 @@ A map has an image, a model has meshes, textures and other models. Behavior
 trees do not count as files, since `tree_fingerprint` covers them.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 import contextlib
 import dataclasses as dc
 import hashlib
@@ -19,6 +19,7 @@ from urllib.parse import unquote
 from pydrake.multibody.parsing import PackageMap
 import yaml
 
+from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
@@ -100,12 +101,13 @@ def named_files(scenario: Scenario) -> list[Path]:
         if tracks is not None
     ]
     here = Path.cwd()
-    packages = _packages(plain(scenario.robot))
+    robots = [part.scenario for part in robot_parts(scenario)]
+    packages = _packages([plain(it.robot) for it in robots])
     found: dict[Path, None] = {}
     todo: list[Path] = []
     for text in _texts(parts):
         todo += _find(text, [here], packages)
-    for part in (scenario.planner, scenario.robot):
+    for part in (part for it in robots for part in (it.planner, it.robot)):
         for text in _free_texts(part):
             if re.search(r"\w", text) and os.path.isdir(here / text):
                 todo += _files_in(here / text)
@@ -149,15 +151,18 @@ def _files_in(folder: Path) -> Iterator[Path]:
             yield path.resolve()
 
 
-def _packages(robot: Any) -> dict[str, Path]:
+def _packages(robots: Iterable[Any]) -> dict[str, Path]:
     """Returns the folders of packages, as for models of robots and worlds."""
     known = PackageMap.MakeEmpty()
     known.PopulateFromRosPackagePath()
-    given = robot.get("packages") if isinstance(robot, Mapping) else None
+    given: dict[str, str] = {}
+    for robot in robots:
+        if isinstance(robot, Mapping):
+            given |= robot.get("packages") or {}
     return {
         **{name: Path(known.GetPath(name)) for name in known.GetPackageNames()},
         "hunav_drake": Path(__file__).resolve().parents[1],
-        **{name: Path(it) for name, it in (given or {}).items()},
+        **{name: Path(it) for name, it in given.items()},
     }
 
 

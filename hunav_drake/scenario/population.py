@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 import dataclasses as dc
 
 from hunav_drake.scenario.error import Finding, Loc, path_text, shown
+from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.people.human_config import MAX_GROUP_ID, HumanConfig
@@ -108,9 +109,10 @@ def _draw(scenario: Scenario, known: Sequence[HumanConfig]) -> Drawn:
     population = scenario.population
     if population.seed is None:
         population = dc.replace(population, seed=people_seed(scenario))
-    robot = scenario.robot
     taken = [(*human.pose[:2], human.radius) for human in known]
-    taken.append((*robot.start[:2], robot.radius))
+    for part in robot_parts(scenario):
+        robot = part.scenario.robot
+        taken.append((*robot.start[:2], robot.radius))
     return draw_with_traffic(
         population,
         scenario.world.obstacles(),

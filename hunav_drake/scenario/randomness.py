@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from hunav_drake.scenario.checks import first_lidar
+from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior import BEHAVIORS
@@ -50,9 +51,13 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "weights of forces"
     if sources:
         yield "arrivals at sources"
-    if _is_noise_seen(scenario):
+    robots = [part.scenario for part in robot_parts(scenario)]
+    if any(map(_is_noise_seen, robots)):
         yield "noise of the lidar"
-    for part in (scenario.planner.sees, *scenario.sensors):
+    own = [
+        it for robot in robots for it in (robot.planner.sees, *robot.sensors)
+    ]
+    for part in (*own, *scenario.sensors):
         if is_own(part):
             yield f"user-defined {type(part).__name__}"
 

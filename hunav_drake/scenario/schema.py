@@ -5,13 +5,15 @@ given here.
 """
 
 from dataclasses import field
+import re
 from typing import Annotated
 
-from pydantic import Field, StrictFloat, StrictStr
+from pydantic import AfterValidator, Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG, FileName, Integer, within
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -58,6 +60,38 @@ class SimulationConfig:
     """Distance that the robot must move within `stuck_time`, in meters."""
 
 
+def _robot_name(name: str) -> str:
+    if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
+        return name
+    raise ValueError(
+        "must begin with a letter, followed by letters, digits, - or _, as in"
+        f" robot_1, got {shown(name)}"
+    )
+
+
+@plain_errors
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class FleetMember:
+    """One of several robots, with its planner and its sensors."""
+
+    name: Annotated[StrictStr, AfterValidator(_robot_name)]
+    """Name of the robot: the prefix of its ports, systems and metrics."""
+
+    robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)
+    """Robot, with its start and its goal."""
+
+    planner: Annotated[PlannerConfig, PLANNERS] = field(
+        default_factory=PLANNERS.make
+    )
+    """Planner that drives the robot. It takes other robots for people: it gets
+    them as rows, in view or not, or sees them by lidar, as it `sees` people."""
+
+    sensors: list[Annotated[SensorConfig, SENSORS]] = field(
+        default_factory=list
+    )
+    """Sensors on the robot."""
+
+
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class Scenario:
@@ -94,6 +128,10 @@ class Scenario:
         default_factory=list
     )
     """Sensors, on the robot or fixed in the world."""
+
+    robots: list[FleetMember] = field(default_factory=list)
+    """Several robots, instead of `robot` and `planner`, each with sensors of
+    its own."""
 
     evaluator: EvaluatorConfig = field(default_factory=EvaluatorConfig)
     """Recording and metrics of the trial."""

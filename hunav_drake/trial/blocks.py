@@ -1,8 +1,9 @@
 """The blocks of a trial's diagram, each added by a separate function."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import dataclasses
 from typing import TYPE_CHECKING
+import zlib
 
 from pydrake.systems.framework import (
     DiagramBuilder,
@@ -14,6 +15,12 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from hunav_drake.scenario.checks import first_lidar, scan_fault
 from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.fleet import (
+    RobotPart,
+    robot_parts,
+    robots_of,
+    with_parts,
+)
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
@@ -25,6 +32,8 @@ from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.robot import DiscContacts, RobotTask
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot.robots import AddPhysicalRobots, PhysicalRobot
 from hunav_drake.systems.scene import AddScene, ScenePorts
 from hunav_drake.systems.scene.scene_config import COSTMAPS
 from hunav_drake.systems.sensing.sensor_config import (
@@ -55,16 +64,29 @@ def ConnectByName(
                 builder.Connect(port, system.GetInputPort(name))
 
 
+def with_prefix(ports: Ports, part: RobotPart) -> Ports:
+    """Returns ports by their names in a trial, with that of their robot."""
+    return {part.prefix + name: port for name, port in ports.items()}
+
+
 def _port_of(system: System, name: str) -> OutputPort | None:
     return system.GetOutputPort(name) if system.HasOutputPort(name) else None
 
 
 def with_planner_lidar(scenario: Scenario) -> Scenario:
-    """Returns a scenario with a lidar, if its planner sees by lidar only.
+    """Returns a scenario with a lidar for each planner that sees by it only.
 
     An added lidar is that of `sensors: [{type: lidar}]` with the period of the
     planner, so that each scan is taken when it is used.
     """
+    parts = robot_parts(scenario)
+    return with_parts(
+        scenario,
+        [it._replace(scenario=_with_lidar(it.scenario)) for it in parts],
+    )
+
+
+def _with_lidar(scenario: Scenario) -> Scenario:
     planner = scenario.planner
     if not planner.sees.by_lidar or first_lidar(scenario) is not None:
         return scenario
@@ -82,13 +104,16 @@ def AddPeople(
     `traffic` has the arrivals at sources and the departures at sinks.
     """
     crowd, simulation = scenario.crowd, scenario.simulation
+    robots = [part.scenario.robot for part in robot_parts(scenario)]
     if crowd.robots_stop is None:
-        crowd = dataclasses.replace(crowd, robots_stop=scenario.robot.physical)
+        stop = any(robot.physical for robot in robots)
+        crowd = dataclasses.replace(crowd, robots_stop=stop)
     return AddHumans(
         builder,
         scenario.humans,
         obstacles=scenario.world,
         config=crowd,
+        num_robots=len(robots),
         time_step=simulation.time_step,
         start_jitter=simulation.start_jitter,
         seed=simulation.seed,
@@ -98,7 +123,7 @@ def AddPeople(
 
 @dataclasses.dataclass(frozen=True)
 class RobotPorts:
-    """The ports that `AddRobot` leaves to connect.
+    """The ports of a robot that `AddRobots` leaves to connect.
 
     Attributes:
         systems: The robot, and "contacts" if it does not count contacts itself.
@@ -117,36 +142,62 @@ class RobotPorts:
     feels_forces: bool
 
 
-def AddRobot(
-    builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
-) -> RobotPorts:
-    """Adds the robot of a scenario to a builder, as "robot".
+def AddRobots(
+    builder: DiagramBuilder, parts: Sequence[RobotPart], obstacles: Obstacles
+) -> list[RobotPorts]:
+    """Adds the robots of a scenario to a builder, each as "robot".
 
-    Unless the robot is a body of a plant, "contacts" counts its contacts with
-    people.
+    Those that are bodies of a plant are in one plant. For each other one,
+    "contacts" counts its contacts with people.
     """
+    scenario = parts[0].scenario
     humans, simulation = scenario.humans, scenario.simulation
     starts = draw_starts(humans, simulation.seed, simulation.start_jitter)
-    task = RobotTask(
-        time_step=simulation.time_step,
-        obstacles=obstacles,
-        humans=humans,
-        human_starts=starts,
-    )
-    robot = scenario.robot.AddToBuilder(builder, task)
-    systems = [robot]
-    feels_forces = robot.HasOutputPort("contacts")
-    if not feels_forces:
-        discs = DiscContacts(humans, time_step=simulation.time_step)
-        systems.append(builder.AddNamedSystem("contacts", discs))
-    return RobotPorts(
-        systems=tuple(systems),
-        velocity_command=robot.GetInputPort("velocity_command"),
-        robot_state=robot.GetOutputPort("robot_state"),
-        contacts=systems[-1].GetOutputPort("contacts"),
-        wall_contact=_port_of(robot, "wall_contact"),
-        feels_forces=feels_forces,
-    )
+    configs = [part.scenario.robot for part in parts]
+
+    def task_beside(others: Sequence[RobotConfig]) -> RobotTask:
+        return RobotTask(
+            time_step=simulation.time_step,
+            obstacles=obstacles,
+            humans=humans,
+            human_starts=starts,
+            robots=others,
+        )
+
+    physical = {
+        f"{part.prefix}robot": part.scenario.robot
+        for part in parts
+        if isinstance(part.scenario.robot, PhysicalRobot)
+    }
+    bodies: dict[str, System] = {}
+    if len(parts) > 1 and physical:
+        others = [it for it in configs if not isinstance(it, PhysicalRobot)]
+        added = AddPhysicalRobots(builder, physical, task_beside(others))
+        bodies = dict(zip(physical, added, strict=True))
+    ports = []
+    for i, part in enumerate(parts):
+        name = f"{part.prefix}robot"
+        robot = bodies.get(name)
+        if robot is None:
+            task = task_beside(configs[:i] + configs[i + 1 :])
+            robot = part.scenario.robot.AddToBuilder(builder, task, name=name)
+        systems = [robot]
+        feels_forces = robot.HasOutputPort("contacts")
+        if not feels_forces:
+            discs = DiscContacts(humans, time_step=simulation.time_step)
+            name = f"{part.prefix}contacts"
+            systems.append(builder.AddNamedSystem(name, discs))
+        ports.append(
+            RobotPorts(
+                systems=tuple(systems),
+                velocity_command=robot.GetInputPort("velocity_command"),
+                robot_state=robot.GetOutputPort("robot_state"),
+                contacts=systems[-1].GetOutputPort("contacts"),
+                wall_contact=_port_of(robot, "wall_contact"),
+                feels_forces=feels_forces,
+            )
+        )
+    return ports
 
 
 @dataclasses.dataclass(frozen=True)
@@ -169,13 +220,19 @@ class PlannerPorts:
 
 
 def AddPlanner(
-    builder: DiagramBuilder, scenario: Scenario, obstacles: Obstacles
+    builder: DiagramBuilder,
+    part: RobotPart,
+    obstacles: Obstacles,
+    num_others: int = 0,
 ) -> PlannerPorts:
-    """Adds the planner of a scenario to a builder, as "planner".
+    """Adds the planner of a robot to a builder, as "planner".
+
+    Besides people, it gets the rows of `num_others` other robots.
 
     Raises:
         ScenarioError: If the scenario lacks the scan that the planner needs.
     """
+    scenario = part.scenario
     robot, planner = scenario.robot, scenario.planner
     by_lidar = planner.sees.by_lidar
     task = PlanningTask(
@@ -184,11 +241,12 @@ def AddPlanner(
         goal_tolerance=robot.goal_tolerance,
         goal_yaw_tolerance=robot.goal_yaw_tolerance,
         obstacles=obstacles,
-        num_humans=0 if by_lidar else len(scenario.humans),
+        num_humans=0 if by_lidar else len(scenario.humans) + num_others,
         time_step=scenario.simulation.time_step,
         lidar=first_lidar(scenario),
+        on_error="stop" if part.name else "raise",
     )
-    system = planner.AddToBuilder(builder, task)
+    system = planner.AddToBuilder(builder, task, name=f"{part.prefix}planner")
     message = ""
     if system.HasInputPort("scan"):
         message = scan_fault(scenario, system.GetInputPort("scan").size())
@@ -211,20 +269,24 @@ def AddPlanner(
 
 def AddEvaluator(
     builder: DiagramBuilder,
-    scenario: Scenario,
+    part: RobotPart,
     obstacles: Obstacles,
     feels_forces: bool,
 ) -> Evaluator:
-    """Adds the system that records a trial to a builder, as "evaluator".
+    """Adds the system that records a robot to a builder, as "evaluator".
 
     `feels_forces` says whether contact forces are computed.
     """
+    scenario = part.scenario
     robot = scenario.robot
     evaluator: Evaluator = builder.AddNamedSystem(
-        "evaluator",
+        f"{part.prefix}evaluator",
         Evaluator(
             scenario.humans,
-            config=scenario.evaluator,
+            # (Several robots reach their goals one after the other.)
+            config=dataclasses.replace(scenario.evaluator, stop_at_goal=False)
+            if part.name
+            else scenario.evaluator,
             time_step=scenario.simulation.time_step,
             goal_tolerance=robot.goal_tolerance,
             goal_yaw_tolerance=robot.goal_yaw_tolerance,
@@ -236,11 +298,11 @@ def AddEvaluator(
     return evaluator
 
 
-def AddMonitor(builder: DiagramBuilder, scenario: Scenario) -> TrialMonitor:
-    """Adds the system that detects the end of a trial, as "monitor"."""
-    robot, simulation = scenario.robot, scenario.simulation
+def AddMonitor(builder: DiagramBuilder, part: RobotPart) -> TrialMonitor:
+    """Adds the system that detects the end of a robot, as "monitor"."""
+    robot, simulation = part.scenario.robot, part.scenario.simulation
     monitor: TrialMonitor = builder.AddNamedSystem(
-        "monitor",
+        f"{part.prefix}monitor",
         TrialMonitor(
             goal_tolerance=robot.goal_tolerance,
             goal_yaw_tolerance=robot.goal_yaw_tolerance,
@@ -256,35 +318,38 @@ def AddTrialScene(
     builder: DiagramBuilder, scenario: Scenario, meshcat: "Meshcat | None"
 ) -> ScenePorts:
     """Adds the scene of a trial to a builder, as "scene"."""
-    scan_angles = (
-        sensor.pose[2] + sensor.angles()
-        for sensor in scenario.sensors
-        if isinstance(sensor, LidarConfig) and sensor.mount == "robot"
-    )
+    scan_angles = {}
+    for part in robot_parts(scenario):
+        for sensor in part.scenario.sensors:
+            if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
+                angles = sensor.pose[2] + sensor.angles()
+                scan_angles.setdefault(part.name, angles)
     return AddScene(
         builder,
         scenario.world,
         scenario.humans,
-        scenario.robot,
+        robots_of(scenario),
         time_step=scenario.simulation.time_step,
         meshcat=meshcat,
         config=scenario.scene,
-        scan_angles=next(scan_angles, None),
+        scan_angles=scan_angles,
     )
 
 
-def AddGoal(builder: DiagramBuilder, scenario: Scenario) -> OutputPort | None:
-    """Adds the goal of the robot to a builder, as "goal", if there is one."""
-    if scenario.robot.goal is None:
+def AddGoal(builder: DiagramBuilder, part: RobotPart) -> OutputPort | None:
+    """Adds the goal of a robot to a builder, as "goal", if there is one."""
+    goal = part.scenario.robot.goal
+    if goal is None:
         return None
-    source = ConstantVectorSource(scenario.robot.goal)
-    return builder.AddNamedSystem("goal", source).get_output_port()
+    name = f"{part.prefix}goal"
+    source = builder.AddNamedSystem(name, ConstantVectorSource(goal))
+    return source.get_output_port()
 
 
 def AddSensors(
-    builder: DiagramBuilder, scenario: Scenario, scene: ScenePorts, given: Ports
+    builder: DiagramBuilder, part: RobotPart, scene: ScenePorts, given: Ports
 ) -> dict[str, OutputPort]:
-    """Adds the sensors of a scenario to a builder.
+    """Adds the sensors of a robot to a builder.
 
     Each is a system named "sensor_" plus its name. Its inputs are connected to
     the `given` ports of the trial and to the scene, which cameras see.
@@ -294,14 +359,16 @@ def AddSensors(
         has this name; the key of a later one is the name of its sensor, "_",
         and the name of the output.
     """
+    scenario = part.scenario
     given = {**given, "query_object": scene.query_object}
     outputs: dict[str, OutputPort] = {}
     names = name_sensors(scenario.sensors)
     for i, (name, sensor) in enumerate(
         zip(names, scenario.sensors, strict=True)
     ):
-        task = _sensing_task(scenario, i, _Rendering(scene))
-        system = sensor.AddToBuilder(builder, task, name=f"sensor_{name}")
+        task = _sensing_task(part, given, i, _Rendering(scene, part))
+        name_in_trial = f"{part.prefix}sensor_{name}"
+        system = sensor.AddToBuilder(builder, task, name=name_in_trial)
         ConnectByName(builder, given, system)
         for k in range(system.num_output_ports()):
             port = system.get_output_port(k)
@@ -311,7 +378,7 @@ def AddSensors(
 
 
 def AddPerception(
-    builder: DiagramBuilder, scenario: Scenario, given: Ports
+    builder: DiagramBuilder, part: RobotPart, given: Ports
 ) -> Ports:
     """Adds the planner's perception of people, as "perception".
 
@@ -323,45 +390,52 @@ def AddPerception(
     Raises:
         TypeError: If the system of a user-defined perception lacks a port.
     """
-    sees = scenario.planner.sees
+    sees = part.scenario.planner.sees
+    name = f"{part.prefix}perception"
     if sees.by_lidar:
-        nobody = builder.AddNamedSystem("perception", ConstantVectorSource([]))
+        nobody = builder.AddNamedSystem(name, ConstantVectorSource([]))
         return {**given, "human_states": nobody.get_output_port()}
-    number = len(scenario.sensors)
-    system = sees.MakeSystem(_sensing_task(scenario, number))
+    task = _sensing_task(part, given, len(part.scenario.sensors))
+    system = sees.MakeSystem(task)
     if system is None:
         return given
     CheckPorts(
         system,
         f"the perception {type(sees).__name__}",
         inputs={},
-        outputs={"visible_people": STATE_SIZE * len(scenario.humans)},
+        outputs={"visible_people": STATE_SIZE * task.num_humans},
     )
-    builder.AddNamedSystem("perception", system)
+    builder.AddNamedSystem(name, system)
     seen = {name: given[name] for name in ("robot_state", "human_states")}
     ConnectByName(builder, seen, system)
     return {**given, "human_states": system.GetOutputPort("visible_people")}
 
 
 def _sensing_task(
-    scenario: Scenario, number: int, rendering: Rendering | None = None
+    part: RobotPart,
+    given: Ports,
+    number: int,
+    rendering: Rendering | None = None,
 ) -> SensingTask:
+    seen = given["human_states"]
     return SensingTask(
-        world=scenario.world,
-        num_humans=len(scenario.humans),
-        time_step=scenario.simulation.time_step,
-        seed=scenario.simulation.seed,
-        number=number,
+        world=part.scenario.world,
+        num_humans=seen.size() // STATE_SIZE if seen else 0,
+        time_step=part.scenario.simulation.time_step,
+        seed=part.scenario.simulation.seed,
+        # (By name, so that the order of robots does not matter.)
+        number=number + 1000 * zlib.crc32(part.name.encode()),
         rendering=rendering,
     )
 
 
-def _Rendering(scene: ScenePorts) -> Rendering:
+def _Rendering(scene: ScenePorts, part: RobotPart) -> Rendering:
     """Returns the scene of the trial's cameras and the frames they are on."""
     plant = scene.plant
     frames = {"world": scene.scene_graph.world_frame_id()}
-    if scene.robot_state is not None:
-        robot = plant.GetModelInstanceByName("robot")
+    name = part.name or "robot"
+    if plant.HasModelInstanceNamed(name):
+        robot = plant.GetModelInstanceByName(name)
         base = plant.GetBodyIndices(robot)[0]
         frames["robot"] = plant.GetBodyFrameIdOrThrow(base)
     return Rendering(scene.scene_graph, frames)

@@ -6,6 +6,7 @@ from typing import Any
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, System
 
+from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.trial.context_layout import (
@@ -78,15 +79,18 @@ def TransferContext(
             if not difference:
                 _copy(source, old, new)
                 kept.add(path)
-        if difference and not _begins_anew(path):
+        if difference and not _begins_anew(path, other):
             raise ValueError(
                 f"{path} cannot be taken over: {difference}. Make the other"
                 " diagram of the same people, robot, goal and evaluator."
             )
-    planner = other.GetSubsystemByName("planner")
-    if "planner" not in kept and hasattr(planner, "SetCommand"):
-        command = diagram.GetOutputPort("velocity_command").Eval(context)
-        planner.SetCommand(planner.GetMyMutableContextFromRoot(result), command)
+    for prefix in other.prefixes.values():
+        name = f"{prefix}planner"
+        planner = other.GetSubsystemByName(name)
+        if name not in kept and hasattr(planner, "SetCommand"):
+            port = diagram.GetOutputPort(f"{prefix}velocity_command")
+            own = planner.GetMyMutableContextFromRoot(result)
+            planner.SetCommand(own, port.Eval(context))
     _fix_inputs(diagram, context, other, result)
     return result
 
@@ -98,7 +102,10 @@ def _given(diagram: Diagram) -> dict[str, Any]:
         "humans": plain(scenario.humans),
         "population": plain(scenario.population),
         "drawn": plain(diagram.humans[len(scenario.humans) :]),
-        "robot": plain(scenario.robot),
+        **{
+            f"robot {it.name}".strip(): plain(it.scenario.robot)
+            for it in robot_parts(scenario)
+        },
         "evaluator": plain(scenario.evaluator),
         "time_step": scenario.simulation.time_step,
     }
@@ -123,10 +130,15 @@ def _first_difference(was: Any, now: Any, path: str) -> str:
     return next(filter(None, found), "")
 
 
-def _begins_anew(path: str) -> bool:
+def _begins_anew(path: str, diagram: Diagram) -> bool:
     """Returns whether a system may differ and start anew."""
     part = path.split("/")[0]
-    return part in ("planner", "perception") or part.startswith("sensor_")
+    names = ("planner", "perception", "sensor_")
+    own = (prefix + it for prefix in diagram.prefixes.values() for it in names)
+    return any(
+        part.startswith(it) if it.endswith("_") else part == it
+        for it in ("sensor_", *own)
+    )
 
 
 def _path(system: System) -> str:
@@ -187,7 +199,7 @@ def _fix_inputs(
     targets = dict(_ports(other))
     for name, port in _ports(diagram):
         own = port.get_system().GetMyContextFromRoot(context)
-        if not port.HasValue(own) or _begins_anew(name):
+        if not port.HasValue(own) or _begins_anew(name, diagram):
             continue
         target = targets.get(name)
         if target is None or (

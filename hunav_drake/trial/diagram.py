@@ -5,9 +5,15 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 from pydrake.common import RandomGenerator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    OutputPort,
+)
 
 from hunav_drake.scenario import CheckScenario
+from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import people_seed, with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
@@ -19,12 +25,19 @@ from hunav_drake.trial.blocks import (
     AddPeople,
     AddPerception,
     AddPlanner,
-    AddRobot,
+    AddRobots,
     AddSensors,
     AddTrialScene,
     ConnectByName,
     Ports,
     with_planner_lidar,
+    with_prefix,
+)
+from hunav_drake.trial.fleet_blocks import (
+    AddFleet,
+    AddSurroundings,
+    JoinPorts,
+    SplitPort,
 )
 from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
 
@@ -47,6 +60,11 @@ class TrialDiagram(Diagram):
         super().__init__()
         self.scenario = scenario
         self.humans = humans
+
+    @property
+    def prefixes(self) -> dict[str, str]:
+        """The prefixes of systems and ports, by the names of the robots."""
+        return {it.name: it.prefix for it in robot_parts(self.scenario)}
 
     def DescribeMemory(self) -> list[str]:
         """Returns the trial's seed if it drew the people."""
@@ -100,6 +118,12 @@ def MakeTrialDiagram(
         go, and "replay" (see `RecordedPeople`) if some are recorded. For its
         scenario see `TrialDiagram`.
 
+        Of several robots, each has these systems, but for "humans", "scene",
+        "plant" and "scene_graph", and the outputs from or about it, with its
+        name and "_" before their names. Then "monitor" is a `FleetMonitor`,
+        whose outputs are "trial_status" and "robot_ends", and "robot_states"
+        has the rows of all robots.
+
     Raises:
         ScenarioError: If the scenario cannot be simulated.
     """
@@ -109,49 +133,73 @@ def MakeTrialDiagram(
 
     # At an instant, Drake updates the blocks in the order of these lines.
     builder = DiagramBuilder()
+    parts = robot_parts(full)
     humans = AddPeople(builder, full, traffic)
-    robot = AddRobot(builder, full, obstacles)
-    planner = AddPlanner(builder, full, obstacles)
-    evaluator = AddEvaluator(builder, full, obstacles, robot.feels_forces)
-    monitor = AddMonitor(builder, full)
+    robots = AddRobots(builder, parts, obstacles)
+    planners = [
+        AddPlanner(builder, part, obstacles, len(parts) - 1) for part in parts
+    ]
+    evaluators = [
+        AddEvaluator(builder, part, obstacles, robot.feels_forces)
+        for part, robot in zip(parts, robots, strict=True)
+    ]
+    monitors = [AddMonitor(builder, part) for part in parts]
     scene = AddTrialScene(builder, full, meshcat)
-    goal = AddGoal(builder, full)
-    given: Ports = {
-        "robot_state": robot.robot_state,
-        "human_states": humans.human_states,
-        "behavior_status": humans.behavior_status,
-        "contacts": robot.contacts,
-        "robot_touches": humans.robot_touches,
-        "wall_contact": robot.wall_contact,
-        "replay": humans.replay,
-        "goal": goal,
-    }
-    sensed = AddSensors(builder, full, scene, given)
-    given = {**given, **sensed}
-    seen = AddPerception(builder, full, given)
-    own: Ports = {
-        "robot_state": robot.robot_state,
+    states = [robot.robot_state for robot in robots]
+    robot_states = JoinPorts(builder, "robot_states", states)
+    builder.Connect(robot_states, humans.robot_states)
+    touches = SplitPort(builder, "touches", humans.robot_touches, len(parts))
+    truth: Ports = {
         "human_states": humans.human_states,
         "behavior_status": humans.behavior_status,
         "forces": humans.forces,
-        "contacts": robot.contacts,
-        "velocity_command": planner.velocity_command,
-        "planner_status": planner.status,
-        "planner_path": planner.path,
-        "metrics": evaluator.GetOutputPort("metrics"),
-        "recording": evaluator.GetOutputPort("recording"),
-        "trial_status": monitor.GetOutputPort("trial_status"),
         "query": scene.query_object,
     }
+    outputs: dict[str, OutputPort | None] = {**truth}
+    for part, robot, planner, evaluator, monitor, touch, around in zip(
+        *(parts, robots, planners, evaluators, monitors, touches),
+        AddSurroundings(builder, parts, robots, humans.human_states),
+        strict=True,
+    ):
+        given: Ports = {
+            "robot_state": robot.robot_state,
+            "human_states": humans.human_states,
+            "behavior_status": humans.behavior_status,
+            "contacts": robot.contacts,
+            "robot_touches": touch,
+            "wall_contact": robot.wall_contact,
+            "replay": humans.replay,
+            "goal": AddGoal(builder, part),
+        }
+        sensed = AddSensors(builder, part, scene, {**given, **around.seen})
+        given = {**given, **sensed}
+        seen = AddPerception(builder, part, {**given, **around.seen})
+        own: Ports = {
+            "robot_state": robot.robot_state,
+            "contacts": robot.contacts,
+            "velocity_command": planner.velocity_command,
+            "planner_status": planner.status,
+            "planner_path": planner.path,
+            "metrics": evaluator.GetOutputPort("metrics"),
+            "recording": evaluator.GetOutputPort("recording"),
+            "trial_status": monitor.GetOutputPort("trial_status"),
+        }
+        builder.Connect(planner.velocity_command, robot.velocity_command)
+        ConnectByName(builder, {**given, **around.bodies}, robot.systems[0])
+        ConnectByName(builder, given, *robot.systems[1:], evaluator, monitor)
+        ConnectByName(builder, seen, planner.system)
+        outputs |= with_prefix({**own, **sensed, **planner.costmaps}, part)
+        truth = {**truth, **with_prefix(own, part)}
     some: Ports = {"traffic": humans.traffic, "replay": humans.replay}
-    outputs = {**own, **sensed, **planner.costmaps, **some}
-
-    builder.Connect(planner.velocity_command, robot.velocity_command)
-    builder.Connect(robot.robot_state, humans.robot_states)
-    ConnectByName(builder, given, *robot.systems, evaluator, monitor)
-    ConnectByName(builder, seen, planner.system)
+    outputs |= some
+    if len(parts) > 1:
+        outputs |= {"robot_states": robot_states}
+        bodies = [humans.human_states, *states]
+        outputs |= AddFleet(
+            *(builder, full, parts, monitors, planners, scene, bodies)
+        )
     # The scene shows the truth, whatever the ports of sensors are called.
-    ConnectByName(builder, {**outputs, **own}, scene.system)
+    ConnectByName(builder, {**outputs, **truth}, scene.system)
 
     if full.evaluator.start == "by_trigger":
         builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")

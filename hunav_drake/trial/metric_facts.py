@@ -11,6 +11,7 @@ import math
 from typing import Any, Protocol
 
 from hunav_drake.systems.evaluation import metrics as built_in
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The facts, and their keys in the `attrs` of a table.
@@ -30,6 +31,10 @@ HEADLINE = (
     "contacts_by_person",
     "time_not_moving",
     "social_work",
+    "makespan",
+    "min_dist_between_robots",
+    "contacts_between_robots",
+    "deadlock_time",
 )
 
 # Up to this number of metrics, all are headline metrics.
@@ -59,7 +64,7 @@ def headline_of(table: Table) -> list[str]:
     names = list(table.attrs.get(FACTS["unit"], {}))
     if len(names) <= _FEW:
         return names
-    first = [name for name in HEADLINE if name in names]
+    first = [it for h in HEADLINE for it in names if base_name(it) == h]
     return first + [name for name in names if not is_built_in(name)]
 
 
@@ -67,13 +72,14 @@ def facts_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
     """Returns the `attrs` of a table with some registered metrics."""
     names = list(names)
     return {
-        key: {name: str(getattr(METRICS[name], fact)) for name in names}
+        key: {it: str(getattr(METRICS[base_name(it)], fact)) for it in names}
         for fact, key in FACTS.items()
     }
 
 
 def is_built_in(name: str) -> bool:
     """Returns whether a metric is one of this package."""
+    name = base_name(name)
     if name not in METRICS:
         return False
     function: Any = METRICS[name].function
@@ -100,6 +106,7 @@ def direction_of(table: Table, name: str) -> str:
 
 def bounds_of(name: str) -> tuple[float, float]:
     """Returns the bounds of a metric; user-defined ones have none."""
+    name = base_name(name)
     if not is_built_in(name) or name in _SIGNED:
         return -math.inf, math.inf
     if METRICS[name].unit == "%":
@@ -109,7 +116,8 @@ def bounds_of(name: str) -> tuple[float, float]:
 
 def _fact(table: Table, name: str, fact: str, unknown: str) -> str:
     told = table.attrs.get(FACTS[fact], {})
+    metric = METRICS.get(base_name(name))
     # A user-defined metric may have changed since the table was made.
-    if name in METRICS and (is_built_in(name) or name not in told):
-        return str(getattr(METRICS[name], fact))
+    if metric is not None and (is_built_in(name) or name not in told):
+        return str(getattr(metric, fact))
     return str(told.get(name, unknown))

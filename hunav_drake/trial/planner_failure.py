@@ -5,6 +5,7 @@ import traceback
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, System
 
+from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.planning.local_planner import LocalPlanner
 from hunav_drake.systems.planning.planner_error import PlannerError, told
@@ -20,41 +21,52 @@ def PlannerErrorOf(
     """
     if isinstance(error, PlannerError):
         return error
-    systems = _parts(diagram.GetSubsystemByName("planner"))
+    parts = robot_parts(diagram.scenario)
+    systems = [
+        _parts(diagram.GetSubsystemByName(f"{it.prefix}planner"))
+        for it in parts
+    ]
     for frame, _ in traceback.walk_tb(error.__traceback__):
         this = frame.f_locals.get("self")
-        if any(this is system for system in systems):
-            reason = told(error, frame.f_code)
-            name = name_of(diagram.scenario.planner)
-            result = PlannerError(name, context.get_time(), reason)
-            result.__cause__ = error
-            return result
+        for part, own in zip(parts, systems, strict=True):
+            if any(this is system for system in own):
+                reason = told(error, frame.f_code)
+                name = name_of(part.scenario.planner)
+                result = PlannerError(name, context.get_time(), reason)
+                result.__cause__ = error
+                return result
     return None
 
 
 def CheckCommand(diagram: Diagram, context: Context) -> None:
-    """Checks the command of a planner that is a user-defined system.
+    """Checks the commands of planners that are user-defined systems.
 
     A `LocalPlanner` checks its commands itself.
 
     Raises:
-        PlannerError: If the command is not finite.
+        PlannerError: If a command is not finite.
     """
-    command = diagram.GetOutputPort("velocity_command").Eval(context)
-    if not np.isfinite(command).all():
-        v, omega = command.tolist()
-        raise PlannerError(
-            name_of(diagram.scenario.planner),
-            context.get_time(),
-            f"its port velocity_command must give finite numbers, gives"
-            f" ({v:g}, {omega:g})",
-        )
+    for part in robot_parts(diagram.scenario):
+        port = diagram.GetOutputPort(f"{part.prefix}velocity_command")
+        command = port.Eval(context)
+        if not np.isfinite(command).all():
+            v, omega = command.tolist()
+            raise PlannerError(
+                name_of(part.scenario.planner),
+                context.get_time(),
+                f"its port velocity_command must give finite numbers, gives"
+                f" ({v:g}, {omega:g})",
+            )
 
 
 def IsOwnSystem(diagram: Diagram) -> bool:
-    """Returns whether the planner of a trial is a user-defined system."""
-    planner = diagram.GetSubsystemByName("planner")
-    return not isinstance(planner, LocalPlanner)
+    """Returns whether a planner of a trial is a user-defined system."""
+    return not all(
+        isinstance(
+            diagram.GetSubsystemByName(f"{it.prefix}planner"), LocalPlanner
+        )
+        for it in robot_parts(diagram.scenario)
+    )
 
 
 def _parts(system: System) -> list[System]:

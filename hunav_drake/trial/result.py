@@ -1,7 +1,7 @@
 """The result of a trial, and its table for a terminal."""
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 import math
 import textwrap
@@ -13,7 +13,9 @@ from hunav_drake.systems.evaluation.compute import (
     behavior_table,
     evaluate,
     evaluate_by_behavior,
+    metric_columns,
 )
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import (
@@ -108,6 +110,7 @@ class TrialResult:
         end_reason: Why the trial ended.
         end_message: The same in words.
         end_time: The simulated time of the end, in seconds.
+        robot_ends: Why each of several robots ended, by its name.
         setting: Difference from other runs of the same planner in the same
             scenario, apart from the seed; empty if there is none. Statistics
             treat settings separately.
@@ -122,6 +125,7 @@ class TrialResult:
     end_reason: EndReason
     end_message: str
     end_time: float
+    robot_ends: Mapping[str, EndReason] = field(default_factory=dict)
     setting: str = ""
     tag: str = ""
 
@@ -158,6 +162,7 @@ def MakeTrialResult(
     end_reason: EndReason,
     end_message: str = "",
     end_time: float | None = None,
+    robot_ends: Mapping[str, EndReason] | None = None,
 ) -> TrialResult:
     """Computes the metrics of a recording.
 
@@ -173,19 +178,21 @@ def MakeTrialResult(
         end_message: The same in words.
         end_time: The time of the end, in seconds; by default, that of the last
             sample.
+        robot_ends: Why each of several robots ended, by its name.
 
     Raises:
         ValueError: If a name is unknown.
     """
     metrics = select_metrics(metric_names, recording)
-    names = [metric.name for metric in metrics]
-    found = _without_failures(lambda some: evaluate(recording, some), names)
+    chosen = [metric.name for metric in metrics]
+    found = _without_failures(lambda some: evaluate(recording, some), chosen)
     # Metrics that failed for all people are not tried again.
     by_behavior = _without_failures(
         lambda some: evaluate_by_behavior(recording, some),
-        list(found.values),
+        list(dict.fromkeys(base_name(name) for name in found.values)),
         " by behavior",
     )
+    names = metric_columns(recording, chosen)
     values = {name: found.values.get(name, math.nan) for name in names}
     attrs = facts_of(names)
     return TrialResult(
@@ -200,6 +207,7 @@ def MakeTrialResult(
         end_reason=end_reason,
         end_message=end_message,
         end_time=float(recording.times[-1] if end_time is None else end_time),
+        robot_ends=robot_ends or {},
     )
 
 

@@ -79,12 +79,15 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
         from hunav_drake.systems.robot.plant_people import PlacePeople
 
         plant = diagram.GetSubsystemByName("plant")
-        states = diagram.GetOutputPort("human_states").Eval(context)
-        PlacePeople(
-            plant,
-            plant.GetMyMutableContextFromRoot(context),
-            states.reshape(-1, STATE_SIZE),
-        )
+        for system in diagram.GetSystems():
+            if system.HasOutputPort("desired_people_state"):
+                own = system.GetMyContextFromRoot(context)
+                states = system.GetInputPort("human_states").Eval(own)
+                PlacePeople(
+                    plant,
+                    plant.GetMyMutableContextFromRoot(context),
+                    states.reshape(-1, STATE_SIZE),
+                )
 
 
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:

@@ -1,10 +1,10 @@
 """Runs a trial, and returns its result."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from pydrake.common import RandomGenerator
@@ -13,12 +13,12 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
+from hunav_drake.scenario.fleet import RobotPart, planners_of, robot_parts
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
-from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.trial.diagram import CheckTrialDiagram, MakeTrialDiagram
@@ -191,10 +191,10 @@ def RunTrial(
             diagram.ForcedPublish(simulator.get_context())
     if failure is None:
         return GetTrialResult(scenario, diagram, simulator.get_context())
-    return _result(
-        *(scenario, diagram, simulator.get_context()),
-        *("planner_failed", str(failure)),
-    )
+    # (Several robots fail one by one, unless their planners are own systems.)
+    context = simulator.get_context()
+    ends = [_End("planner_failed", str(failure)) for _ in robot_parts(scenario)]
+    return _result(scenario, diagram, context, ends)
 
 
 def MakeRandomSimulator(
@@ -254,28 +254,51 @@ def GetTrialResult(
     """
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     CheckTrialDiagram(scenario, diagram)
-    (status,) = diagram.GetOutputPort("trial_status").Eval(context)
+    ends = [_end_of(part, diagram, context) for part in robot_parts(scenario)]
+    return _result(scenario, diagram, context, ends)
+
+
+class _End(NamedTuple):
+    """The end of a robot: its reason, in words, and the time in seconds."""
+
+    reason: EndReason
+    message: str
+    time: float | None = None
+
+
+def _end_of(part: RobotPart, diagram: Diagram, context: Context) -> _End:
+    """Returns the end of a robot by the time of a Context."""
+    time = None
+    if part.name:
+        rows = diagram.GetOutputPort("robot_ends").Eval(context).reshape(-1, 2)
+        status, when = rows[[*diagram.prefixes].index(part.name)].tolist()
+        time = when if when >= 0 else None
+    else:
+        (status,) = diagram.GetOutputPort("trial_status").Eval(context)
     reason = _REASONS[TrialStatus(int(status))]
-    duration = scenario.simulation.duration
+    duration = part.scenario.simulation.duration
     if reason == "running" and context.get_time() >= duration * (1 - 1e-9):
         reason = "timeout"
-    message = _end_message(reason, scenario, diagram, context)
-    return _result(scenario, diagram, context, reason, message)
+    return _End(reason, _end_message(reason, part, diagram, context), time)
 
 
 def _result(
-    scenario: Scenario,
-    diagram: Diagram,
-    context: Context,
-    reason: EndReason,
-    message: str,
+    scenario: Scenario, diagram: Diagram, context: Context, ends: Sequence[_End]
 ) -> TrialResult:
-    """Returns the result of a trial with the reason of its end."""
-    recording = _recording_of(diagram, context)
+    """Returns the result of a trial with the ends of its robots."""
+    parts = robot_parts(scenario)
     config = scenario.evaluator
-    recording = dataclasses.replace(
-        recording, hunavsim_forces=config.forces == "hunavsim"
+    first, *others = (
+        dataclasses.replace(
+            _recording_of(part, diagram, context),
+            hunavsim_forces=config.forces == "hunavsim",
+            robot_name=part.name,
+            end_time=end.time,
+        )
+        for part, end in zip(parts, ends, strict=True)
     )
+    recording = dataclasses.replace(first, others=tuple(others))
+    named = zip(parts, ends, strict=True)
     return MakeTrialResult(
         recording.with_stale_samples(config.stale_samples, config.period),
         scenario_name=scenario.name,
@@ -283,50 +306,69 @@ def _result(
         provenance=MakeProvenance(
             SaveScenario(scenario),
             seed=scenario.simulation.seed,
-            planner=name_of(scenario.planner),
+            planner=planners_of(scenario),
             behavior_sha256=behavior_sha256(scenario),
             files_sha256=files_sha256(scenario),
             drawn=drawn_by_seed(scenario),
         ),
-        end_reason=reason,
-        end_message=message,
+        end_reason=max((it.reason for it in ends), key=_WORST.index),
+        end_message=ends[0].message
+        if len(ends) == 1
+        else "; ".join(_told(part, end) for part, end in named),
         end_time=_time_of(context, recording),
+        robot_ends={
+            part.name: end.reason
+            for part, end in zip(parts, ends, strict=True)
+            if part.name
+        },
     )
 
 
+def _told(part: RobotPart, end: _End) -> str:
+    when = "" if end.time is None else f" after {end.time:.2f} s"
+    return f"{part.name}: {end.reason}{when} ({end.message})"
+
+
 def _end_message(
-    reason: EndReason, scenario: Scenario, diagram: Diagram, context: Context
+    reason: EndReason, part: RobotPart, diagram: Diagram, context: Context
 ) -> str:
     """Returns why a trial ended, with the reason of its planner."""
     parts = [_MESSAGES[reason]]
-    if reason not in ("stuck", "timeout"):
+    if reason not in ("stuck", "timeout", "planner_failed"):
         return parts[0]
-    planner = diagram.GetSubsystemByName("planner")
+    planner = diagram.GetSubsystemByName(f"{part.prefix}planner")
     if hasattr(planner, "GetReason"):
         words = planner.GetReason(planner.GetMyContextFromRoot(context))
+        if reason == "planner_failed":
+            return words or parts[0]
         parts += [f"the planner: {words}"] if words else []
-    why = explain_end(_recording_until_now(diagram, context), scenario)
+    recording = _recording_until_now(part, diagram, context)
+    why = explain_end(recording, part.scenario)
     return "; ".join([*parts, why] if why else parts)
 
 
-def _recording_of(diagram: Diagram, context: Context) -> Recording:
-    evaluator = diagram.GetSubsystemByName("evaluator")
+def _recording_of(
+    part: RobotPart, diagram: Diagram, context: Context
+) -> Recording:
+    evaluator = diagram.GetSubsystemByName(f"{part.prefix}evaluator")
     recording: Recording = evaluator.GetRecording(
         evaluator.GetMyContextFromRoot(context)
     )
     return recording
 
 
-def _recording_until_now(diagram: Diagram, context: Context) -> Recording:
-    """Returns the recording of a trial, with a sample of the current time."""
-    recording = _recording_of(diagram, context)
+def _recording_until_now(
+    part: RobotPart, diagram: Diagram, context: Context
+) -> Recording:
+    """Returns the recording of a robot, with a sample of the current time."""
+    recording = _recording_of(part, diagram, context)
     now = _time_of(context, recording)
     if recording.times[-1] == now:
         return recording
     rows = np.concatenate(
         [
             diagram.GetOutputPort(name).Eval(context)
-            for name in ("robot_state", "human_states")
+            for name in (f"{part.prefix}robot_state", "human_states")
         ]
     ).reshape(-1, STATE_SIZE)
     rows[is_outside(rows)] = np.nan
@@ -371,11 +413,18 @@ _REASONS: dict[TrialStatus, EndReason] = {
     TrialStatus.RUNNING: "running",
     TrialStatus.GOAL: "goal",
     TrialStatus.STUCK: "stuck",
+    TrialStatus.PLANNER_FAILED: "planner_failed",
 }
+
+# From the best to the worst.
+_WORST: tuple[EndReason, ...] = (
+    *("goal", "end", "running", "timeout", "stuck", "planner_failed"),
+)
 
 _MESSAGES: dict[EndReason, str] = {
     "running": "the trial is not over",
     "timeout": "the time is over",
     "goal": "the robot has reached its goal",
     "stuck": "the robot no longer gets anywhere",
+    "planner_failed": "the planner has failed",
 }

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
+from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
+from hunav_drake.systems.evaluation.metrics import (
+    METRICS,
+    Metric,
+    select_metrics,
+)
 from hunav_drake.systems.evaluation.recording import Recording
 
 if TYPE_CHECKING:
@@ -99,17 +104,68 @@ def compute_by_behavior(
         A row per behavior present, in the order of its first person, and a
         column per metric; the units are in `attrs["units"]`.
     """
-    names = [metric.name for metric in select_metrics(names, recording)]
-    table = behavior_table(evaluate_by_behavior(recording, names), names)
-    table.attrs["units"] = {name: METRICS[name].unit for name in names}
+    names = list(names)
+    columns = metric_columns(recording, names)
+    table = behavior_table(evaluate_by_behavior(recording, names), columns)
+    table.attrs["units"] = {it: METRICS[base_name(it)].unit for it in columns}
     return table
 
 
 def evaluate(
     recording: Recording, names: Iterable[str] = ("all",)
 ) -> Evaluation:
-    """Computes metrics. Takes and raises the same as `compute_metrics`."""
+    """Computes metrics. Takes and raises the same as `compute_metrics`.
+
+    With several robots, those of each one until its end have its name and a dot
+    before theirs. Metrics of robots with each other follow.
+    """
     metrics = select_metrics(names, recording)
+    if recording.others:
+        mutual = [m for m in metrics if m.family == FLEET_FAMILY]
+        own = [m.name for m in metrics if m.family != FLEET_FAMILY]
+        found = [
+            _named(evaluate(it.until_end(), own), it, len(recording))
+            for it in recording.robots
+        ]
+        return _joined(recording, [*found, _evaluate(recording, mutual)])
+    return _evaluate(recording, metrics)
+
+
+def metric_columns(
+    recording: Recording, names: Iterable[str] = ("all",)
+) -> list[str]:
+    """Returns the names of values that `evaluate` gives."""
+    metrics = select_metrics(names, recording)
+    if not recording.others:
+        return [m.name for m in metrics]
+    own = [m.name for m in metrics if m.family != FLEET_FAMILY]
+    named = [f"{it.robot_name}.{n}" for it in recording.robots for n in own]
+    return named + [m.name for m in metrics if m.family == FLEET_FAMILY]
+
+
+def _named(found: Evaluation, robot: Recording, size: int) -> Evaluation:
+    """Returns the metrics of a robot with its name; series end with NaN."""
+    times, *others = found
+    values, series, units = (
+        {f"{robot.robot_name}.{name}": it for name, it in table.items()}
+        for table in others
+    )
+    rest = np.full(size - len(times), np.nan)
+    series = {name: np.append(it, rest) for name, it in series.items()}
+    return Evaluation(times, values, series, units)
+
+
+def _joined(recording: Recording, found: Iterable[Evaluation]) -> Evaluation:
+    """Returns all metrics as one."""
+    result = Evaluation(recording.times, {}, {}, {})
+    for it in found:
+        result.values.update(it.values)
+        result.series.update(it.series)
+        result.units.update(it.units)
+    return result
+
+
+def _evaluate(recording: Recording, metrics: Iterable[Metric]) -> Evaluation:
     results = {m.name: m.compute(recording) for m in metrics}
     return Evaluation(
         recording.times,

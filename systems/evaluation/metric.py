@@ -84,6 +84,9 @@ MetricFunction = Callable[[Recording], Result]
 # The family of metrics of recorded people.
 REPLAY_FAMILY = "replay"
 
+# The family of metrics of several robots with each other.
+FLEET_FAMILY = "fleet"
+
 # The kinds of NumPy types that are real numbers.
 _REAL = "buif"
 
@@ -315,7 +318,8 @@ def select_metrics(
         names: Names of metrics, their aliases, families, "paper" for the 28
             of HuNavSim's Table I, or "all".
         recording: The recording that they are for: without recorded people,
-            those of the family "replay" are left out, unless they are named.
+            those of the family "replay" are left out, and without several
+            robots those of "fleet", unless they are named.
 
     Returns:
         Each metric once, in the order of the names.
@@ -335,13 +339,26 @@ def select_metrics(
             chosen |= {
                 m.name: m
                 for m in selections[name]
-                if recording is None
-                or m.family != REPLAY_FAMILY
-                or recording.replay is not None
+                if recording is None or _applies(m, recording)
             }
         else:
             raise ValueError(_unknown(name))
     return list(chosen.values())
+
+
+def _applies(metric: Metric, recording: Recording) -> bool:
+    if metric.family == REPLAY_FAMILY:
+        return recording.replay is not None
+    return metric.family != FLEET_FAMILY or bool(recording.others)
+
+
+def base_name(name: str) -> str:
+    """Returns the name of a metric without that of one of several robots.
+
+    In a table, the path length of robot anna is "anna.path_length".
+    """
+    _, point, rest = name.partition(".")
+    return rest if point and name not in METRICS and rest in METRICS else name
 
 
 def _selections() -> dict[str, list[Metric]]:

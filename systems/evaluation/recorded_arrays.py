@@ -54,6 +54,9 @@ class RecordedArrays:
     hunavsim_forces: bool = False
     told_velocities: Array | None = None
     replay: Array | None = None
+    robot_name: str = ""
+    end_time: float | None = None
+    others: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
         times = checked_array("times", self.times, (None,))
@@ -117,6 +120,11 @@ class RecordedArrays:
                     f" {LARGEST:g}, got {number}"
                 )
             self._set(**{name: number})
+
+        if any(not np.array_equal(it.times, times) for it in self.others):
+            raise ValueError(
+                "recording.others: must have the same times as the first robot"
+            )
 
     def _set(self, **values: Any) -> None:
         # As frozen dataclasses fill in their fields.

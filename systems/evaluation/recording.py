@@ -22,6 +22,13 @@ from hunav_drake.systems.people.names import people_ids, people_names
 GOAL_YAW_TOLERANCE = 0.25
 
 
+# The fields with a row per sample.
+_PER_SAMPLE = (
+    *("times", "robot", "humans", "behavior_status", "nearest_walls"),
+    *("contacts", "wall_contact", "told_velocities", "replay"),
+)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(RecordedArrays):
     """The record of a trial with a robot and n people at N + 1 instants.
@@ -73,6 +80,11 @@ class Recording(RecordedArrays):
             HuNavSim's forces use them.
         replay: Shape (N + 1, n, 3), the rows of `layout.REPLAY_SIZE`; None
             without recorded people.
+        robot_name: The name of one of several robots; empty for a single one.
+        end_time: When one of several robots ended, in seconds; None if it did
+            not.
+        others: The recordings of the other robots, with the same times and
+            people.
 
     Raises:
         ValueError: If an array has a wrong shape, a number is not finite or
@@ -82,7 +94,8 @@ class Recording(RecordedArrays):
     def __repr__(self) -> str:
         return (
             f"<Recording of {len(self)} samples from {self.times[0]:g} s to"
-            f" {self.times[-1]:g} s, with {self.num_humans} people>"
+            f" {self.times[-1]:g} s, with {self.num_humans} people"
+            + (f" and {len(self.robots)} robots>" if self.others else ">")
         )
 
     @cached_property
@@ -99,6 +112,30 @@ class Recording(RecordedArrays):
     def encounters(self) -> EncounterFeatures:
         """Features of the relative motion of robot and people."""
         return EncounterFeatures(self)
+
+    @property
+    def robots(self) -> "tuple[Recording, ...]":
+        """The recording of each robot alone, over all times."""
+        if not self.others:
+            return (self,)
+        return (replace(self, others=()), *self.others)
+
+    def until_end(self) -> Self:
+        """Returns the recording of one of several robots until its end.
+
+        Its last sample is the first one at that time or later.
+        """
+        if self.end_time is None:
+            return self
+        last = np.searchsorted(self.times, self.end_time * (1 - 1e-12))
+        size = int(last) + 1
+        if size >= len(self):
+            return self
+        values = self._values()
+        for name in _PER_SAMPLE:
+            if values[name] is not None:
+                values[name] = values[name][:size]
+        return type(self)(**values)
 
     def compared_with(self, reference: "Recording") -> Self:
         """Returns the same trial with another's robot path as reference."""
@@ -131,6 +168,7 @@ class Recording(RecordedArrays):
         for name in ("nearest_walls", "told_velocities"):
             if values[name] is not None:
                 values[name] = values[name][:, rows]
+        values["others"] = tuple(it.only(behavior) for it in self.others)
         part = type(self)(**values)
         # These do not depend on people, so they are not computed again.
         part.__dict__["path_features"] = self.path_features
@@ -146,10 +184,10 @@ class Recording(RecordedArrays):
         values = self._values()
         later = self.times[-1] + period * np.arange(1, count + 1)
         values["times"] = np.concatenate([self.times, later])
-        for name in (
-            *("robot", "humans", "behavior_status", "nearest_walls"),
-            *("contacts", "wall_contact", "told_velocities", "replay"),
-        ):
+        values["others"] = tuple(
+            it.with_stale_samples(count, period) for it in self.others
+        )
+        for name in _PER_SAMPLE[1:]:
             rows = values[name]
             if rows is not None:
                 stale = np.repeat(rows[-1:], count, axis=0)
@@ -177,6 +215,7 @@ class Recording(RecordedArrays):
         """
         values = recording_file.read(path)
         try:
+            values["others"] = tuple(cls(**it) for it in values["others"])
             return cls(**values)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from error

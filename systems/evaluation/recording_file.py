@@ -1,5 +1,6 @@
 """The file of a recording: a .npz archive of plain arrays, without pickle."""
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +48,17 @@ _OPTIONAL = {
     "hunavsim_forces": (_YES_NO, 0),
     "told_velocities": (_NUMBER, 3),
     "replay": (_NUMBER, 3),
+    "robot_name": (_TEXT, 0),
+    "end_time": (_NUMBER, 0),
 }
+
+# The arrays of each of several robots; those of the second and later ones have
+# the prefix "others.1.", ...
+_OF_ROBOT = (
+    *("robot", "goal", "goal_tolerance", "goal_yaw_tolerance"),
+    *("robot_max_speed", "contacts", "wall_contact", "contact_forces_known"),
+    *("robot_name", "end_time"),
+)
 
 
 def write(path: str | Path, values: dict[str, Any]) -> None:
@@ -57,11 +68,20 @@ def write(path: str | Path, values: dict[str, Any]) -> None:
         OSError: If the file cannot be written.
     """
     types = {_TEXT: str, _INTEGER: int}
+    facts = _REQUIRED | _OPTIONAL
     arrays = {
         name: np.array(values[name], dtype=types.get(kinds))
-        for name, (kinds, _) in (_REQUIRED | _OPTIONAL).items()
+        for name, (kinds, _) in facts.items()
         if values[name] is not None
     }
+    for k, other in enumerate(values["others"], 1):
+        arrays |= {
+            f"others.{k}.{name}": np.array(
+                getattr(other, name), dtype=types.get(facts[name][0])
+            )
+            for name in _OF_ROBOT
+            if getattr(other, name) is not None
+        }
     for name in _OBSTACLES:
         arrays[name] = getattr(values["obstacles"], name.split(".")[1])
     with atomic_write(path) as file:
@@ -84,26 +104,46 @@ def read(path: str | Path) -> dict[str, Any]:
             f"{path}: is not a recording of this version; expected the format"
             f" {FORMAT!r}, got {shown(str(arrays.get('format')))}"
         )
+    values = _read(path, arrays, [*_REQUIRED, *_OBSTACLES, *_OPTIONAL])
+    try:
+        values["obstacles"] = _obstacles(*(values.pop(n) for n in _OBSTACLES))
+    except ValueError as error:
+        raise ValueError(f"{path}: is damaged: {error}") from error
+    others = []
+    while any(key.startswith(f"others.{len(others) + 1}.") for key in arrays):
+        prefix = f"others.{len(others) + 1}."
+        others.append(_read(path, arrays, _OF_ROBOT, prefix))
+    shared = {k: it for k, it in values.items() if k not in _OF_ROBOT}
+    return values | {"others": [shared | it for it in others]}
+
+
+def _read(
+    path: str | Path,
+    arrays: Mapping[str, NDArray[Any]],
+    names: Iterable[str],
+    prefix: str = "",
+) -> dict[str, Any]:
+    """Returns arrays of a file by their names without a prefix.
+
+    Raises:
+        ValueError: If one is missing or not valid.
+    """
+    facts = _REQUIRED | _OBSTACLES | _OPTIONAL
     values: dict[str, Any] = {}
-    for name, (kinds, dimensions) in (
-        _REQUIRED | _OBSTACLES | _OPTIONAL
-    ).items():
-        if name not in arrays and name not in _OPTIONAL:
-            raise ValueError(f"{path}: is not complete: it has no {name}")
-        if name in arrays:
-            array = arrays[name]
+    for name in names:
+        key, (kinds, dimensions) = prefix + name, facts[name]
+        if key not in arrays and name not in _OPTIONAL:
+            raise ValueError(f"{path}: is not complete: it has no {key}")
+        if key in arrays:
+            array = arrays[key]
             if array.dtype.kind not in kinds or array.ndim != dimensions:
                 raise ValueError(
-                    f"{path}: is damaged: {name} must have {dimensions}"
+                    f"{path}: is damaged: {key} must have {dimensions}"
                     f" dimensions and a type of the kinds {kinds!r}, got"
                     f" {array.ndim} and {array.dtype}; record it again"
                 )
             large = name in ("times", "robot", "humans", *_OBSTACLES)
             values[name] = array if large or dimensions > 1 else array.tolist()
-    try:
-        values["obstacles"] = _obstacles(*(values.pop(n) for n in _OBSTACLES))
-    except ValueError as error:
-        raise ValueError(f"{path}: is damaged: {error}") from error
     return values
 
 

@@ -2,6 +2,7 @@
 
 from enum import IntEnum
 import math
+from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -32,8 +33,47 @@ class TrialStatus(IntEnum):
     STUCK = 2
     """The robot has a goal, but has not made progress for too long."""
 
+    PLANNER_FAILED = 3
+    """The planner of the robot has raised an error."""
 
-class TrialMonitor(LeafSystem):
+
+class StepMonitor(LeafSystem):
+    """Base class of monitors that tell the instants of a trial's steps.
+
+    A subclass sets its state `_updated` to the time of each update.
+    """
+
+    def __init__(self, time_step: float) -> None:
+        """Constructs a StepMonitor; `time_step` is in seconds.
+
+        Raises:
+            ValueError: If it is not positive.
+        """
+        super().__init__()
+        self._time_step = check_time_step(time_step)
+        self._updated: Any = None
+
+    def HasUpdated(self, context: Context) -> bool:
+        """Returns whether the updates of the current instant are done.
+
+        Drake runs them at the start of the next step, or when
+        `Simulator.AdvanceTo` is called with the current time. A simulator may
+        begin just after them.
+        """
+        (time,) = context.get_discrete_state(self._updated).value()
+        return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
+
+    def IsStep(self, context: Context) -> bool:
+        """Returns whether the current instant is one of the updates.
+
+        Between two updates, the state already belongs to the next one, so no
+        trial ends there.
+        """
+        time = context.get_time()
+        return bool(time == round(time / self._time_step) * self._time_step)
+
+
+class TrialMonitor(StepMonitor):
     """Detects the end of a trial: the goal is reached, or the robot is stuck.
 
     .. pydrake_system::
@@ -74,7 +114,7 @@ class TrialMonitor(LeafSystem):
             ValueError: If a tolerance is negative, or another number is not
                 positive.
         """
-        super().__init__()
+        super().__init__(time_step)
         self._goal_tolerance = check_number(
             "goal_tolerance", goal_tolerance, "m"
         )
@@ -87,7 +127,6 @@ class TrialMonitor(LeafSystem):
         self._stuck_distance = check_number(
             "stuck_distance", stuck_distance, "m", low_open=True
         )
-        self._time_step = check_time_step(time_step)
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
@@ -119,25 +158,6 @@ class TrialMonitor(LeafSystem):
     def get_trial_status_output_port(self) -> OutputPort:
         """Returns the port with the status of the trial."""
         return self._status
-
-    def HasUpdated(self, context: Context) -> bool:
-        """Returns whether the updates of the current instant are done.
-
-        Drake runs them at the start of the next step, or when
-        `Simulator.AdvanceTo` is called with the current time. A simulator may
-        begin just after them.
-        """
-        (time,) = context.get_discrete_state(self._updated).value()
-        return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
-
-    def IsStep(self, context: Context) -> bool:
-        """Returns whether the current instant is one of the updates.
-
-        Between two updates, the state already belongs to the next one, so no
-        trial ends there.
-        """
-        time = context.get_time()
-        return bool(time == round(time / self._time_step) * self._time_step)
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, self._EvalStatus(context))

@@ -34,6 +34,7 @@ from hunav_drake.systems.planning.decision import (
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
     Plan,
+    PlannerStatus,
     PlanningTask,
     PurePlanner,
     View,
@@ -73,8 +74,8 @@ class LocalPlanner(LeafSystem):
     `PlannerStatus`, and ``path`` the planned path of the last decision: a
     read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
 
-    The discrete state holds (v, omega, status). For a planner with memory, the
-    abstract state holds its last plan.
+    The discrete state holds (v, omega, status). For a planner with memory, or
+    that stops on an error, the abstract state holds its last plan.
     """
 
     def __init__(self, planner: PurePlanner, task: PlanningTask) -> None:
@@ -124,7 +125,8 @@ class LocalPlanner(LeafSystem):
         )
         self._idle = idle(planner.initial_memory)
         self._decision = None
-        if planner.initial_memory is not None:
+        # (A failure is stored with its reason.)
+        if planner.initial_memory is not None or task.on_error == "stop":
             self._decision = self.DeclareAbstractState(
                 AbstractValue.Make(self._idle)
             )
@@ -220,6 +222,19 @@ class LocalPlanner(LeafSystem):
         Raises:
             PlannerError: If the planner fails or its plan is not valid.
         """
+        if self._task.on_error == "raise":
+            return self._MakePlan(context)
+        last = self._Decided(context)
+        if last.status == PlannerStatus.ERROR:
+            return last
+        try:
+            return self._MakePlan(context)
+        except PlannerError as error:
+            return Plan(
+                *(0.0, 0.0, PlannerStatus.ERROR, last.memory), reason=str(error)
+            )
+
+    def _MakePlan(self, context: Context) -> Plan:
         if not self._goal.HasValue(context):
             return self._idle.plan
         planner, limit = self._planner, self._planner.cycle_limit

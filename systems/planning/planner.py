@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 import inspect
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import StrictFloat
@@ -53,6 +53,9 @@ class PlannerStatus(IntEnum):
     FAILED = 6
     """The planner has given up; the robot stays at its position."""
 
+    ERROR = 7
+    """The planner has raised an error; the robot stays at its position."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlanningTask:
@@ -68,6 +71,8 @@ class PlanningTask:
         num_humans: The number of rows of people that the planner gets.
         time_step: The time between two updates of the trial, in seconds.
         lidar: The lidar of the planner's scan; None without one.
+        on_error: Whether a planner that fails raises a `PlannerError`, or
+            stops its robot for good with the status ERROR, while others go on.
     """
 
     limits: RobotLimits
@@ -78,6 +83,7 @@ class PlanningTask:
     num_humans: int
     time_step: float = 0.05
     lidar: LidarConfig | None = None
+    on_error: Literal["raise", "stop"] = "raise"
 
 
 @explain

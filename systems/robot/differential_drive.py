@@ -27,6 +27,8 @@ from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robot_driver import get_command
 from hunav_drake.systems.world.obstacles import Obstacles
 
+_NO_OTHERS = np.zeros(0)
+
 
 class DifferentialDrive(LeafSystem):
     """Follows a speed and a turn rate within the limits of the robot.
@@ -36,6 +38,7 @@ class DifferentialDrive(LeafSystem):
         name: DifferentialDrive
         input_ports:
         - velocity_command
+        - other_robots (only with other robots)
         output_ports:
         - robot_state
         - wall_contact
@@ -54,9 +57,13 @@ class DifferentialDrive(LeafSystem):
     a row of `layout.Contact` for all walls together: the robot is in contact
     where walls stop it, or would if they could. Forces are 0.
 
+    Port ``other_robots`` takes the rows of other robots. A step takes up at
+    most half of the gap to each of their discs, so that robots which all do so
+    never overlap.
+
     The discrete state holds (x, y, yaw, v, omega), with the speed v of the
     wheels; a row of `contact_rows`; and the velocity (vx, vy) in W that walls
-    took away in the last step.
+    and other robots took away in the last step.
     """
 
     def __init__(
@@ -66,10 +73,12 @@ class DifferentialDrive(LeafSystem):
         time_step: float = 0.05,
         obstacles: Obstacles | None = None,
         walls_stop: bool = True,
+        num_others: int = 0,
     ) -> None:
         """Constructs a DifferentialDrive that starts at rest.
 
-        There are no walls by default; `time_step` is in seconds.
+        There are no walls by default; `time_step` is in seconds; `num_others`
+        is the number of other robots.
 
         Raises:
             ValueError: If ``time_step`` is not positive.
@@ -85,6 +94,11 @@ class DifferentialDrive(LeafSystem):
         self._velocity_command = self.DeclareVectorInputPort(
             "velocity_command", 2
         )
+        self._others = None
+        if num_others:
+            self._others = self.DeclareVectorInputPort(
+                "other_robots", STATE_SIZE * num_others
+            )
         self._state = self.DeclareDiscreteState([*config.start, 0.0, 0.0])
         self._robot_state = self.DeclareVectorOutputPort(
             "robot_state",
@@ -140,6 +154,9 @@ class DifferentialDrive(LeafSystem):
             self._walls_stop,
             context.get_discrete_state(self._memory).value(),
             self._obstacles.table,
+            _NO_OTHERS
+            if self._others is None
+            else self._others.EvalBasicVector(context).value(),
         )
         discrete_state.set_value(self._state, after[:STATE])
         discrete_state.set_value(self._lost, after[STATE:STATE_AND_LOST])

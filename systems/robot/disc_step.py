@@ -14,11 +14,21 @@ from hunav_drake.systems.common.kernels import (
     reads,
     rows_of,
 )
-from hunav_drake.systems.common.layout import MOTION_SIZE, Contact, X, Y
+from hunav_drake.systems.common.layout import (
+    MOTION_SIZE,
+    RADIUS,
+    STATE_SIZE,
+    Contact,
+    X,
+    Y,
+)
 from hunav_drake.systems.crowd.walls.keep_out import keep_out_of_walls
 from hunav_drake.systems.robot.contact_rows import count_contacts
 from hunav_drake.systems.robot.robot_config import RobotLimits
 from hunav_drake.systems.world.nearest import nearest_on_walls
+
+# Lengths up to this are by rounding, in meters.
+_SAME = 1e-12
 
 # The numbers of a state (x, y, yaw, v, omega), and of the state after a step
 # with the velocity (vx, vy) that walls took away.
@@ -62,14 +72,32 @@ def _wrap_angle(angle):
     return rest + 2 * math.pi if rest <= -math.pi else rest
 
 
+@jit
+def _beyond(x, y, to_x, to_y, radius, others, k):
+    """Returns by how much a step takes more than half of the gap to a robot.
+
+    This is in meters, at most 0 for a step that does not; then follows the
+    direction to the robot, a unit vector. Its row is at `k`. As all robots
+    take half at most, their discs never overlap.
+    """
+    dx, dy = others[k + X] - x, others[k + Y] - y
+    away = math.hypot(dx, dy)
+    if away == 0:
+        return 0.0, 0.0, 0.0
+    ux, uy = dx / away, dy / away
+    free = max(away - radius - others[k + RADIUS], 0.0) / 2
+    return (to_x - x) * ux + (to_y - y) * uy - free, ux, uy
+
+
 @jit_as(
     float64[::1],
     *(VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, boolean, VECTOR, WALLS),
+    VECTOR,
 )
 def drive_disc(
-    state, wanted, limits, dt, margin, radius, walls_stop, memory, table
+    state, wanted, limits, dt, margin, radius, walls_stop, memory, table, others
 ):
-    """Drives an exact arc, as far as walls allow.
+    """Drives an exact arc, as far as walls and other robots allow.
 
     Args:
         state: (x, y, yaw, v, omega), with the speed v of the wheels.
@@ -81,10 +109,12 @@ def drive_disc(
         walls_stop: Whether walls stop it.
         memory: A row of `contact_rows`, for all walls together.
         table: The walls.
+        others: The states of other robots, rows of a state, one after the
+            other.
 
     Returns:
-        The state after the step; the velocity (vx, vy) in W that walls took
-        away; and the row after the step.
+        The state after the step; the velocity (vx, vy) in W that walls and
+        other robots took away; and the row after the step.
     """
     result = np.empty(STATE_AND_LOST + len(memory))
     x, y, yaw = state[0], state[1], state[2]
@@ -100,6 +130,16 @@ def drive_disc(
     after[0, X] = x + chord * math.cos(yaw + half)
     after[0, Y] = y + chord * math.sin(yaw + half)
     yaw = _wrap_angle(yaw + turn)
+    held = False
+    for k in range(0, 2 * len(others), STATE_SIZE):
+        # (Twice, as one robot may move it towards another.)
+        past, ux, uy = _beyond(
+            x, y, after[0, X], after[0, Y], radius, others, k % len(others)
+        )
+        if past > 0:
+            held = True
+            after[0, X] -= past * ux
+            after[0, Y] -= past * uy
     place = keep_out_of_walls(before, after, np.array([margin]), table)
     lost_x, lost_y = after[0, X] - place[0, X], after[0, Y] - place[0, Y]
     stopped = lost_x != 0 or lost_y != 0
@@ -119,9 +159,13 @@ def drive_disc(
             dt,
         )[0]
     result[STATE:STATE_AND_LOST] = 0.0
-    end = after[0]
-    if walls_stop and stopped:
-        end = place[0]
+    end = place[0] if walls_stop and stopped else after[0]
+    for k in range(0, len(others), STATE_SIZE):
+        past, _, _ = _beyond(x, y, end[X], end[Y], radius, others, k)
+        if past > _SAME:
+            held = True
+            end = before[0]
+    if held or (walls_stop and stopped):
         moved_x, moved_y = end[X] - x, end[Y] - y
         result[STATE] = v * math.cos(yaw)
         result[STATE + 1] = v * math.sin(yaw)

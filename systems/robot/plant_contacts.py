@@ -1,6 +1,6 @@
 """Contacts between a robot in a plant and people."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 import math
 
 import numpy as np
@@ -24,7 +24,6 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
-from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.contact_rows import (
     MEMORY_SIZE,
     PERSON_SPEED,
@@ -71,13 +70,19 @@ class PlantContacts(LeafSystem):
     def __init__(
         self,
         bodies: Sequence[BodyIndex],
-        humans: Sequence[HumanConfig],
+        radii: Sequence[float],
+        robot: Collection[BodyIndex],
         *,
         time_step: float,
         plant_step: float,
         reach: float = math.inf,
+        num_bodies: int | None = None,
     ) -> None:
         """Constructs a PlantContacts without contacts.
+
+        `bodies` are those of n people with some radii, in meters; with others
+        after them, there are `num_bodies` in the plant. `robot` are the bodies
+        of the robot.
 
         People step every `time_step`, the plant every `plant_step`, in seconds.
         While nobody can come within the `reach` of the robot's shapes, in
@@ -87,7 +92,8 @@ class PlantContacts(LeafSystem):
         super().__init__()
         n = len(bodies)
         self._person = {int(body): i for i, body in enumerate(bodies)}
-        self._radii = np.array([human.contact_radius for human in humans])
+        self._robot = {int(body) for body in robot}
+        self._radii = np.array(radii)
         self._plant_step = plant_step
         self._steps = round(time_step / plant_step)
         self._contact_results = self.DeclareAbstractInputPort(
@@ -96,7 +102,9 @@ class PlantContacts(LeafSystem):
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
-        self._people_state = self.DeclareVectorInputPort("people_state", 4 * n)
+        self._people_state = self.DeclareVectorInputPort(
+            "people_state", 4 * (n if num_bodies is None else num_bodies)
+        )
         self._distances = self._radii + reach + _MARGIN + _FASTEST * time_step
         self._is_near = self.DeclareDiscreteState([1.0])
         self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
@@ -138,13 +146,13 @@ class PlantContacts(LeafSystem):
         results = self._contact_results.Eval(context)
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
-            person = self._person.get(int(info.bodyA_index()))
+            a, b = int(info.bodyA_index()), int(info.bodyB_index())
             # The force is that on body B.
             sign = 1.0
+            person = self._person.get(a)
             if person is None:
-                person = self._person.get(int(info.bodyB_index()))
-                sign = -1.0
-            if person is not None:
+                person, b, sign = self._person.get(b), a, -1.0
+            if person is not None and b in self._robot:
                 if forces is None:
                     forces = np.zeros((len(self._person), 2))
                 forces[person] += sign * info.contact_force()[:2]
@@ -163,6 +171,7 @@ class PlantContacts(LeafSystem):
             return
         robot = self._robot_state.Eval(context)
         people = people_states(self._people_state.Eval(context))
+        people = people[: len(self._person)]
         closing = closing_speeds(robot, people)
         gap = gaps(robot, people, self._radii)
         touching = gap < 0

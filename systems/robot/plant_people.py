@@ -23,7 +23,6 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE, VX, VY, X, Y
-from hunav_drake.systems.people.human_config import HumanConfig
 
 # The model instance of all people in a plant.
 PEOPLE = "people"
@@ -40,19 +39,18 @@ _FRICTION = CoulombFriction(0.3, 0.3)
 
 
 def AddPeople(
-    plant: MultibodyPlant, humans: Sequence[HumanConfig], starts: Array
+    plant: MultibodyPlant, radii: Sequence[float], starts: Array
 ) -> tuple[BodyIndex, ...]:
     """Adds the bodies of people to a plant, as one model instance.
 
-    Each is an upright cylinder of the body's radius, with two motors that move
+    Each is an upright cylinder of a radius in meters, with two motors that move
     it along x and y of W. (It needs no yaw, because it is round.) The plant is
     not finalized yet; people begin at `starts`, rows (x, y, ...), in meters.
     """
     instance = plant.AddModelInstance(PEOPLE)
     world = plant.world_frame()
     bodies = []
-    for i, (human, start) in enumerate(zip(humans, starts, strict=True)):
-        radius = human.contact_radius
+    for i, (radius, start) in enumerate(zip(radii, starts, strict=True)):
         inertia = SpatialInertia.SolidCylinderWithMass(
             MASS, radius, HEIGHT, [0, 0, 1]
         )

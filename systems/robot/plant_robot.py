@@ -1,5 +1,6 @@
 """A robot in a MultibodyPlant with people that it collides with."""
 
+from collections.abc import Sequence
 import itertools
 import math
 from typing import NamedTuple
@@ -19,7 +20,12 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
 )
 from pydrake.multibody.tree import ModelInstanceIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import (
+    Diagram,
+    DiagramBuilder,
+    InputPort,
+    OutputPort,
+)
 
 from hunav_drake.systems.robot.body_state import BodyState
 from hunav_drake.systems.robot.driven_model import (
@@ -69,14 +75,12 @@ def plant_step(time_step: float, longest: float) -> float:
     return step
 
 
-def AddPlantRobot(
+def AddPlantRobots(
     builder: DiagramBuilder,
-    config: RobotConfig,
-    body: Body,
+    robots: Sequence[tuple[str, RobotConfig, Body]],
     task: RobotTask,
-    name: str,
-) -> Diagram:
-    """Adds a robot, people and walls as bodies of a plant.
+) -> list[Diagram]:
+    """Adds robots, people and walls as bodies of a plant.
 
     .. pydrake_system::
 
@@ -94,33 +98,33 @@ def AddPlantRobot(
         - desired_state
         - desired_people_state
 
-    The builder gets the systems "plant" and "scene_graph", and the robot, a
-    diagram of "driver" (`RobotDriver`), "state" (`BodyState`), "people"
-    (`PeopleDriver`) and "contacts" (`PlantContacts`). All ports are connected
-    except ``velocity_command`` and ``human_states``. Without people, there are
-    no ports for them.
+    The builder gets the systems "plant" and "scene_graph", and each robot, a
+    diagram of "driver" (`RobotDriver`), "state" (`BodyState`) and "contacts"
+    (`PlantContacts`). The first one has "people" (`PeopleDriver`), too, and the
+    ports ``human_states`` and ``desired_people_state``: it moves the bodies of
+    people, and those of kinematic robots, whose states are the last rows. All
+    ports are connected except ``velocity_command`` and ``human_states``.
+    Without such bodies, there are no ports for them.
 
     Args:
         builder: A DiagramBuilder.
-        config: The robot.
-        body: The simulated body.
-        task: The data of the world and the people.
-        name: The name of the robot's system.
+        robots: The name of each robot's system, the robot, and its body.
+        task: The data of the world, the people, and the kinematic robots.
 
     Returns:
-        The system of the robot.
+        The systems of the robots, in order.
 
     Raises:
-        ModelFault: If the model cannot be driven.
+        ModelFault: If a model cannot be driven.
         ValueError: If there is a system "plant" or "scene_graph" already.
     """
-    for taken in ("plant", "scene_graph", name):
+    for taken in ("plant", "scene_graph", *(name for name, _, _ in robots)):
         if builder.HasSubsystemNamed(taken):
             raise ValueError(
                 f"the diagram has a system named {taken!r} already, and the"
-                f" robot {type(config).__name__} needs this name"
+                f" robot {type(robots[0][1]).__name__} needs this name"
             )
-    step = plant_step(task.time_step, body.max_step)
+    step = plant_step(task.time_step, min(body.max_step for *_, body in robots))
     scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
     plant = builder.AddNamedSystem("plant", MultibodyPlant(step))
     plant.RegisterAsSourceForSceneGraph(scene_graph)
@@ -130,21 +134,73 @@ def AddPlantRobot(
     plant.set_contact_model(ContactModel.kPoint)
     # So that its outputs are functions of the Context alone.
     plant.SetUseSampledOutputPorts(False)
-    drive = body.drive
-    model = AddDrivenModel(plant, body.model, drive, config.start)
-    AddFloorAndWalls(plant, task.obstacles, config.start[:2])
-    people = AddPeople(plant, task.humans, task.starts) if task.humans else ()
-    _FilterCollisions(plant, scene_graph, model.instance)
+    models = []
+    for name, config, body in robots:
+        models.append(
+            AddDrivenModel(plant, body.model, body.drive, config.start)
+        )
+        if len(robots) > 1:
+            plant.RenameModelInstance(models[-1].instance, name)
+    AddFloorAndWalls(plant, task.obstacles, robots[0][1].start[:2])
+    people = _People(plant, task)
+    _FilterCollisions(plant, scene_graph, [it.instance for it in models])
     plant.Finalize()
+    pairs = [
+        (
+            plant.get_geometry_pose_output_port(),
+            scene_graph.get_source_pose_port(plant.get_source_id()),
+        ),
+        (
+            scene_graph.get_query_output_port(),
+            plant.get_geometry_query_input_port(),
+        ),
+    ]
+    added: list[Diagram] = []
+    for (name, config, body), model in zip(robots, models, strict=True):
+        inner = _MakeRobot(
+            *(plant, scene_graph, model, config, body, task, people),
+            moves_people=bool(people.bodies) and not added,
+        )
+        added.append(builder.AddNamedSystem(name, inner))
+        pairs += _pairs(plant, added[-1], model)
+    for output, taker in pairs:
+        builder.Connect(output, taker)
+    return added
 
+
+class _People:
+    """The bodies of people, then those of kinematic robots."""
+
+    def __init__(self, plant: MultibodyPlant, task: RobotTask) -> None:
+        self.num_people = len(task.humans)
+        self.radii = [human.contact_radius for human in task.humans]
+        self.radii += [robot.radius for robot in task.robots]
+        starts = np.array([robot.start[:2] for robot in task.robots])
+        starts = np.vstack([task.starts, starts.reshape(-1, 2)])
+        self.bodies = AddPeople(plant, self.radii, starts) if self.radii else ()
+
+
+def _MakeRobot(
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    model: DrivenModel,
+    config: RobotConfig,
+    body: Body,
+    task: RobotTask,
+    people: _People,
+    *,
+    moves_people: bool,
+) -> Diagram:
+    """Makes the systems of a robot in a finalized plant."""
+    step = plant.time_step()
     inner = DiagramBuilder()
     driver = inner.AddNamedSystem(
         "driver",
         RobotDriver(
             config.limits,
-            *make_motor_speeds(plant, model, drive),
+            *make_motor_speeds(plant, model, body.drive),
             period=step,
-            needs_heading=isinstance(drive, PlanarBase),
+            needs_heading=isinstance(body.drive, PlanarBase),
         ),
     )
     state = inner.AddNamedSystem(
@@ -153,11 +209,13 @@ def AddPlantRobot(
     contacts = inner.AddNamedSystem(
         "contacts",
         PlantContacts(
-            people,
-            task.humans,
+            people.bodies[: people.num_people],
+            people.radii[: people.num_people],
+            plant.GetBodyIndices(model.instance),
             time_step=task.time_step,
             plant_step=step,
             reach=_reach(plant, scene_graph, model),
+            num_bodies=len(people.bodies),
         ),
     )
     robot_state = state.get_robot_state_output_port()
@@ -171,47 +229,35 @@ def AddPlantRobot(
     ]
     outputs = [robot_state, contacts.get_contacts_output_port()]
     inner.ExportOutput(driver.get_desired_state_output_port(), "desired_state")
-    if people:
+    if moves_people:
         people_driver = inner.AddNamedSystem(
             "people",
             PeopleDriver(
-                len(people), time_step=task.time_step, plant_step=step
+                len(people.bodies), time_step=task.time_step, plant_step=step
             ),
         )
-        inputs += [
-            people_driver.get_human_states_input_port(),
-            contacts.get_contact_results_input_port(),
-            contacts.get_people_state_input_port(),
-        ]
+        inputs.append(people_driver.get_human_states_input_port())
         inner.ExportOutput(
             people_driver.get_desired_state_output_port(),
             "desired_people_state",
         )
+    if people.bodies:
+        inputs += [
+            contacts.get_contact_results_input_port(),
+            contacts.get_people_state_input_port(),
+        ]
     for port in inputs:
         inner.ExportInput(port, port.get_name())
     for port in outputs:
         inner.ExportOutput(port, port.get_name())
-    robot = builder.AddNamedSystem(name, inner.Build())
-    _Connect(builder, plant, scene_graph, robot, model)
-    return robot
+    return inner.Build()
 
 
-def _Connect(
-    builder: DiagramBuilder,
-    plant: MultibodyPlant,
-    scene_graph: SceneGraph,
-    robot: Diagram,
-    model: DrivenModel,
-) -> None:
+def _pairs(
+    plant: MultibodyPlant, robot: Diagram, model: DrivenModel
+) -> list[tuple[OutputPort, InputPort]]:
+    """Returns the ports of a robot and its plant that are to be connected."""
     pairs = [
-        (
-            plant.get_geometry_pose_output_port(),
-            scene_graph.get_source_pose_port(plant.get_source_id()),
-        ),
-        (
-            scene_graph.get_query_output_port(),
-            plant.get_geometry_query_input_port(),
-        ),
         (
             robot.GetOutputPort("desired_state"),
             plant.get_desired_state_input_port(model.instance),
@@ -222,24 +268,23 @@ def _Connect(
             robot.GetInputPort("body_spatial_velocities"),
         ),
     ]
-    if plant.HasModelInstanceNamed(PEOPLE):
-        people = plant.GetModelInstanceByName(PEOPLE)
-        pairs += [
-            (
-                robot.GetOutputPort("desired_people_state"),
-                plant.get_desired_state_input_port(people),
-            ),
-            (
-                plant.get_contact_results_output_port(),
-                robot.GetInputPort("contact_results"),
-            ),
-            (
-                plant.get_state_output_port(people),
-                robot.GetInputPort("people_state"),
-            ),
-        ]
-    for output, taker in pairs:
-        builder.Connect(output, taker)
+    if not plant.HasModelInstanceNamed(PEOPLE):
+        return pairs
+    people = plant.GetModelInstanceByName(PEOPLE)
+    pairs += [
+        (
+            plant.get_contact_results_output_port(),
+            robot.GetInputPort("contact_results"),
+        ),
+        (
+            plant.get_state_output_port(people),
+            robot.GetInputPort("people_state"),
+        ),
+    ]
+    if robot.HasOutputPort("desired_people_state"):
+        desired = plant.get_desired_state_input_port(people)
+        pairs.append((robot.GetOutputPort("desired_people_state"), desired))
+    return pairs
 
 
 def body_reach(
@@ -311,9 +356,11 @@ def _reach(
 
 
 def _FilterCollisions(
-    plant: MultibodyPlant, scene_graph: SceneGraph, robot: ModelInstanceIndex
+    plant: MultibodyPlant,
+    scene_graph: SceneGraph,
+    robots: Sequence[ModelInstanceIndex],
 ) -> None:
-    """Keeps only the contacts of the robot with everything else."""
+    """Keeps only the contacts of each robot with everything else."""
 
     def shapes(instance: ModelInstanceIndex) -> GeometrySet:
         bodies = map(plant.get_body, plant.GetBodyIndices(instance))
@@ -326,7 +373,8 @@ def _FilterCollisions(
         )
 
     without = CollisionFilterDeclaration()
-    without.ExcludeWithin(shapes(robot))
+    for robot in robots:
+        without.ExcludeWithin(shapes(robot))
     if plant.HasModelInstanceNamed(PEOPLE):
         people = shapes(plant.GetModelInstanceByName(PEOPLE))
         world = GeometrySet(

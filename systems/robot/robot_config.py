@@ -66,6 +66,7 @@ class RobotTask:
         humans: The people around it; nobody by default.
         human_starts: Shape (n, 2) or more columns: their start positions, in W,
             in meters. By default those of their configurations.
+        robots: The other robots; none by default.
     """
 
     time_step: float = 0.05
@@ -74,6 +75,7 @@ class RobotTask:
     )
     humans: Sequence[HumanConfig] = ()
     human_starts: Array | None = None
+    robots: Sequence["RobotConfig"] = ()
 
     @property
     def starts(self) -> Array:
@@ -120,7 +122,8 @@ class RobotConfig(ABC):
 
         Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
         ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
-        An optional input ``human_states`` takes such rows of all people. An
+        An optional input ``human_states`` takes such rows of all people, and
+        an optional input ``other_robots`` those of `RobotTask.robots`. An
         optional output ``contacts``, n rows of `layout.Contact`, replaces the
         contacts that a trial counts otherwise. An optional output
         ``wall_contact`` gives one such row for all walls.
@@ -142,7 +145,9 @@ class RobotConfig(ABC):
         inputs = {"velocity_command": 2}
         outputs = {"robot_state": STATE_SIZE}
         CheckPorts(system, what, inputs=inputs, outputs=outputs)
-        n = len(task.humans)
+        n, m = len(task.humans), len(task.robots)
+        if system.HasInputPort("other_robots"):
+            inputs["other_robots"] = STATE_SIZE * m
         if system.HasInputPort("human_states"):
             inputs["human_states"] = STATE_SIZE * n
         if system.HasOutputPort("contacts"):

@@ -1,7 +1,7 @@
 """The robots: kinematic, or physical bodies of a plant."""
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -56,6 +56,7 @@ class DifferentialDriveConfig(RobotConfig):
             time_step=task.time_step,
             obstacles=task.obstacles,
             walls_stop=self.walls_stop,
+            num_others=len(task.robots),
         )
 
 
@@ -100,16 +101,13 @@ class PhysicalRobot(RobotConfig):
     ) -> Any:
         """Adds robot, "plant" and "scene_graph" to a DiagramBuilder.
 
-        The robot, named `name`, is returned; see `AddPlantRobot` for its ports.
+        The robot, named `name`, is returned; see `AddPlantRobots`.
 
         Raises:
             ValueError: If the model cannot be driven, or there is a system of
                 one of these names.
         """
-        from hunav_drake.systems.robot.plant_robot import AddPlantRobot, Body
-
-        body = Body(self.GetModel(), self.GetDrive(), self.max_plant_step)
-        return AddPlantRobot(builder, self, body, task, name)
+        return AddPhysicalRobots(builder, {name: self}, task)[0]
 
     def AddFigure(self, plant: Any, name: str) -> Any:
         """Adds the model to a plant for display only."""
@@ -140,6 +138,34 @@ class PhysicalRobot(RobotConfig):
                 " the disc without a force on the robot; for forces that count,"
                 f" set it to {reach:.3g}",
             )
+
+
+def AddPhysicalRobots(
+    builder: Any, robots: Mapping[str, PhysicalRobot], task: RobotTask
+) -> list[Any]:
+    """Adds robots, "plant" and "scene_graph" to a DiagramBuilder.
+
+    Args:
+        builder: A DiagramBuilder.
+        robots: The robots by the names of their systems.
+        task: The data of the world and the people. Its other robots are
+            kinematic: they are bodies that follow their states.
+
+    Returns:
+        The systems of the robots, in order; see `AddPlantRobots` for the
+        ports.
+
+    Raises:
+        ValueError: If a model cannot be driven, or there is a system of one
+            of these names.
+    """
+    from hunav_drake.systems.robot.plant_robot import AddPlantRobots, Body
+
+    bodies = [
+        (name, it, Body(it.GetModel(), it.GetDrive(), it.max_plant_step))
+        for name, it in robots.items()
+    ]
+    return AddPlantRobots(builder, bodies, task)
 
 
 @register_robot("pmb2")

@@ -1,6 +1,6 @@
 """The bounds of the scene."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import math
 
@@ -36,10 +36,31 @@ class Bounds:
         return self.x_max - self.x_min, self.y_max - self.y_min
 
 
+# One robot, or several by their names.
+Robots = RobotConfig | Mapping[str, RobotConfig] | None
+
+
+def by_name(robot: Robots) -> Mapping[str, RobotConfig]:
+    """Returns robots by their names; that of a single one is empty."""
+    if robot is None:
+        return {}
+    return {"": robot} if isinstance(robot, RobotConfig) else robot
+
+
+def figure_of(name: str) -> str:
+    """Returns the name of a robot's figure."""
+    return name or "robot"
+
+
+def port_of(name: str, port: str) -> str:
+    """Returns the name of a port about a robot."""
+    return f"{name}_{port}" if name else port
+
+
 def scene_bounds(
     world: World,
     humans: Sequence[HumanConfig] = (),
-    robot: RobotConfig | None = None,
+    robot: Robots = None,
     *,
     margin: float = 0.0,
 ) -> Bounds:
@@ -55,9 +76,9 @@ def scene_bounds(
     for human in humans:
         places += [(np.array(p[:2]), human.radius) for p in human.goals]
         places.append((np.array(human.pose[:2]), human.radius))
-    if robot is not None:
-        poses = [robot.start] + ([robot.goal] if robot.goal else [])
-        places += [(np.array(p[:2]), robot.radius) for p in poses]
+    for it in by_name(robot).values():
+        poses = [it.start] + ([it.goal] if it.goal else [])
+        places += [(np.array(p[:2]), it.radius) for p in poses]
     if not places:
         places = [(np.zeros(2), 2.0)]
     low = np.min([p - r for p, r in places], axis=0) - margin

@@ -1,6 +1,6 @@
 """Builds the scene: world, people and robot."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import math
 import re
@@ -24,7 +24,12 @@ from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.scene.bounds import scene_bounds
+from hunav_drake.systems.scene.bounds import (
+    Robots,
+    by_name,
+    figure_of,
+    scene_bounds,
+)
 from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label
 from hunav_drake.systems.scene.palette import clothes
@@ -58,7 +63,7 @@ class ScenePorts:
         system: The scene, which has additional inputs with Meshcat.
         human_states: The input for the states of the people, size 7n.
         robot_state: The input for the state of the robot, size 7; None without
-            a robot.
+            a robot, or with several.
         query_object: The output of the scene's QueryObject, for cameras and
             sensors.
         scene_graph: The SceneGraph, to add renderers to.
@@ -83,12 +88,12 @@ def AddScene(
     builder: DiagramBuilder,
     world: World,
     humans: Sequence[HumanConfig] = (),
-    robot: RobotConfig | None = None,
+    robot: Robots = None,
     *,
     time_step: float = 0.05,
     meshcat: "Meshcat | None" = None,
     config: SceneConfig | None = None,
-    scan_angles: Array | None = None,
+    scan_angles: Array | Mapping[str, Array] | None = None,
 ) -> ScenePorts:
     """Adds the scene to a builder as one diagram named "scene".
 
@@ -97,7 +102,7 @@ def AddScene(
         name: scene
         input_ports:
         - human_states
-        - robot_state
+        - robot_state (of several robots, NAME_robot_state for each)
         output_ports:
         - query
 
@@ -105,7 +110,8 @@ def AddScene(
     "scene_graph", and with Meshcat "meshcat_visualizer" (MeshcatViewer) and
     "overlays" (OverlayPublisher). The inputs of "overlays" become inputs of the
     scene; connect those that should be drawn. The geometry belongs to the model
-    instances "robot" and one per person: the person's name, with "_" for
+    instances "robot", or the names of several robots, and one per person: the
+    person's name, with "_" for
     characters other than letters and digits, and a number if that is taken.
     Without Meshcat nothing is published, and a step only updates the gait.
 
@@ -113,13 +119,13 @@ def AddScene(
         builder: The builder to add the scene to.
         world: The walls.
         humans: The people, in the order of `human_states`.
-        robot: The robot; None without a robot.
+        robot: The robot; several ones by their names; None without a robot.
         time_step: The period of the states, in seconds.
         meshcat: The Meshcat to show the scene in.
         config: The additional drawings.
         scan_angles: The angles of a lidar's rays relative to the robot's
             heading, in radians; with Meshcat, an input "scan" takes their
-            distances.
+            distances. Of several robots, such angles by their names.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
@@ -139,11 +145,19 @@ def AddScene(
     AddFloor(plant, scene_bounds(world, humans, robot, margin=FLOOR_MARGIN))
     AddWorld(plant, world)
     AddGoalMarks(plant, humans, robot)
-    human_names = figure_names(humans)
+    robots = by_name(robot)
+    human_names = figure_names(humans, robots)
     joints = AddPeople(
-        plant, humans, [human_label(i) for i in range(len(humans))], apart=True
+        plant,
+        humans,
+        [human_label(i) for i in range(len(humans))],
+        apart=True,
+        names=human_names,
     )
-    robot_joints = _AddRobot(plant, robot) if robot else []
+    robot_joints = {
+        name: _AddRobot(plant, figure_of(name), it)
+        for name, it in robots.items()
+    }
     plant.Finalize()
 
     kinematics, poses = AddKinematics(
@@ -152,10 +166,8 @@ def AddScene(
     inner.Connect(
         poses, scene_graph.get_source_pose_port(plant.get_source_id())
     )
-    if robot:
-        inner.ExportInput(
-            kinematics.get_robot_state_input_port(), "robot_state"
-        )
+    for port in kinematics.get_robot_state_input_ports():
+        inner.ExportInput(port, port.get_name())
     visualizer = None
     if meshcat is not None:
         period = frame_period(time_step)
@@ -175,12 +187,14 @@ def AddScene(
         )
         AddOverlayPublisher(
             inner,
-            Board(meshcat, world, humans, human_names, robot),
+            Board(meshcat, world, humans, human_names, robots),
             (config or SceneConfig()).overlays,
             period=period,
             is_due=visualizer.is_due,
             is_recording=visualizer.is_recording,
-            scan_angles=scan_angles,
+            scan_angles=scan_angles
+            if isinstance(scan_angles, Mapping)
+            else {"": scan_angles},
         )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")
 
@@ -188,7 +202,9 @@ def AddScene(
     return ScenePorts(
         system=scene,
         human_states=scene.GetInputPort("human_states"),
-        robot_state=scene.GetInputPort("robot_state") if robot else None,
+        robot_state=scene.GetInputPort("robot_state")
+        if scene.HasInputPort("robot_state")
+        else None,
         query_object=scene.GetOutputPort("query"),
         scene_graph=scene_graph,
         plant=plant,
@@ -203,11 +219,12 @@ def AddPeople(
     labels: Sequence[int],
     *,
     apart: bool = False,
+    names: Sequence[str] | None = None,
 ) -> list[list[Joint]]:
     """Adds the figures of people to a plant; returns the joints of each.
 
     `labels` are those in label images; `apart` is whether discs differ in
-    height: see `AddHumanBody`.
+    height: see `AddHumanBody`; `names` are by default the `figure_names`.
     """
     return [
         AddHumanBody(
@@ -220,7 +237,7 @@ def AddPeople(
             level=i if apart else 0,
         )
         for i, (name, human) in enumerate(
-            zip(figure_names(humans), humans, strict=True)
+            zip(names or figure_names(humans), humans, strict=True)
         )
     ]
 
@@ -229,7 +246,7 @@ def AddKinematics(
     builder: DiagramBuilder,
     plant: MultibodyPlant,
     joints: Sequence[Sequence[Joint]],
-    robot_joints: Sequence[Joint],
+    robot_joints: Mapping[str, Sequence[Joint]],
     time_step: float,
 ) -> tuple[SceneKinematics, OutputPort]:
     """Adds what poses the figures of a plant; exports "human_states".
@@ -240,7 +257,7 @@ def AddKinematics(
         "kinematics",
         SceneKinematics(
             np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
-            joint_positions(robot_joints) if robot_joints else None,
+            {name: joint_positions(j) for name, j in robot_joints.items()},
             num_positions=plant.num_positions(),
             time_step=time_step,
         ),
@@ -257,12 +274,14 @@ def AddKinematics(
     return kinematics, poses.get_output_port()
 
 
-def _AddRobot(plant: MultibodyPlant, robot: RobotConfig) -> Sequence[Joint]:
+def _AddRobot(
+    plant: MultibodyPlant, name: str, robot: RobotConfig
+) -> Sequence[Joint]:
     """Adds the figure of a robot; returns the joints of x, y and yaw."""
-    own: Sequence[Joint] | None = robot.AddFigure(plant, "robot")
+    own: Sequence[Joint] | None = robot.AddFigure(plant, name)
     if own is not None:
         return own
-    return [AddRobotBody(plant, "robot", radius=robot.radius)]
+    return [AddRobotBody(plant, name, radius=robot.radius)]
 
 
 def frame_period(time_step: float) -> float:
@@ -285,9 +304,14 @@ def joint_positions(joints: Sequence[Joint]) -> NDArray[np.int64]:
     )
 
 
-def figure_names(humans: Sequence[HumanConfig]) -> tuple[str, ...]:
-    """Returns a valid and unique name for the figure of each person."""
-    taken = {"robot", "WorldModelInstance", "DefaultModelInstance"}
+def figure_names(
+    humans: Sequence[HumanConfig], robots: Iterable[str] = ()
+) -> tuple[str, ...]:
+    """Returns a valid and unique name for the figure of each person.
+
+    `robots` are the names of several robots.
+    """
+    taken = {"robot", "WorldModelInstance", "DefaultModelInstance", *robots}
     names = []
     for i, human_name in enumerate(people_names(humans)):
         plain = re.sub(r"\W+", "_", human_name, flags=re.ASCII).strip("_")

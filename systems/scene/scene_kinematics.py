@@ -1,5 +1,7 @@
 """Converts the states of people and robot to the positions of their figures."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import (
@@ -19,6 +21,7 @@ from hunav_drake.systems.people.gait import (
     initial_gait,
     pose_figures,
 )
+from hunav_drake.systems.scene.bounds import port_of
 
 
 class SceneKinematics(LeafSystem):
@@ -29,7 +32,7 @@ class SceneKinematics(LeafSystem):
         name: SceneKinematics
         input_ports:
         - human_states
-        - robot_state
+        - robot_state (of several robots, NAME_robot_state for each)
         output_ports:
         - positions
 
@@ -46,7 +49,7 @@ class SceneKinematics(LeafSystem):
     def __init__(
         self,
         human_positions: ArrayLike,
-        robot_positions: ArrayLike | None,
+        robot_positions: Mapping[str, ArrayLike],
         *,
         num_positions: int,
         time_step: float = 0.05,
@@ -55,15 +58,14 @@ class SceneKinematics(LeafSystem):
 
         `human_positions`, shape (n, 10), are the indices of each figure's
         positions in those of the plant (in the order of `gait`), and
-        `robot_positions` those of x, y and yaw of the robot; None without a
-        robot.
+        `robot_positions` those of x, y and yaw of each robot, by its name,
+        which is empty for a single one.
         """
         super().__init__()
         self._human_positions = np.asarray(human_positions, dtype=np.int64)
-        self._has_robot = robot_positions is not None
-        self._robot_positions = np.asarray(
-            robot_positions if self._has_robot else [], dtype=np.int64
-        )
+        self._robot_positions = [
+            np.asarray(it, dtype=np.int64) for it in robot_positions.values()
+        ]
         self._num_positions = num_positions
         self._time_step = check_time_step(time_step)
 
@@ -71,10 +73,12 @@ class SceneKinematics(LeafSystem):
             "human_states", STATE_SIZE * len(self._human_positions)
         )
         self._human_states_index = int(self._human_states.get_index())
-        if self._has_robot:
-            self._robot_state = self.DeclareVectorInputPort(
-                "robot_state", STATE_SIZE
+        self._robot_states = [
+            self.DeclareVectorInputPort(
+                port_of(name, "robot_state"), STATE_SIZE
             )
+            for name in robot_positions
+        ]
         self._positions = self.DeclareVectorOutputPort(
             "positions", num_positions, self._CalcPositions
         )
@@ -90,9 +94,9 @@ class SceneKinematics(LeafSystem):
         """Returns the port for the states of the people."""
         return self._human_states
 
-    def get_robot_state_input_port(self) -> InputPort | None:
-        """Returns the port for the state of the robot, if there is one."""
-        return self._robot_state if self._has_robot else None
+    def get_robot_state_input_ports(self) -> list[InputPort]:
+        """Returns the ports for the states of the robots."""
+        return self._robot_states
 
     def get_positions_output_port(self) -> OutputPort:
         """Returns the port with the positions of the plant."""
@@ -116,7 +120,8 @@ class SceneKinematics(LeafSystem):
                 context.get_discrete_state(self._gait).value(),
                 self._human_states.Eval(context),
             )
-        if self._has_robot:
-            robot = self._robot_state.Eval(context)
-            q[self._robot_positions] = robot[: YAW + 1]
+        for port, positions in zip(
+            self._robot_states, self._robot_positions, strict=True
+        ):
+            q[positions] = port.Eval(context)[: YAW + 1]
         output.SetFromVector(q)

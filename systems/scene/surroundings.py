@@ -21,8 +21,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.scene.bounds import Bounds
+from hunav_drake.systems.scene.bounds import Bounds, Robots, by_name, figure_of
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
     ellipsoid,
@@ -217,16 +216,14 @@ def _part(
 
 
 def AddGoalMarks(
-    plant: MultibodyPlant,
-    humans: Sequence[HumanConfig],
-    robot: RobotConfig | None,
+    plant: MultibodyPlant, humans: Sequence[HumanConfig], robot: Robots
 ) -> None:
-    """Adds flat marks at the goals of people and robot.
+    """Adds flat marks at the goals of people and robots.
 
-    The robot's goal is a ring of its radius with an arrow along the final
-    heading, "robot_goal"; the goals of person i are dots in the color of the
-    shirt, "human_i_goal_k". Marks have no perception role, so simulated cameras
-    do not see them.
+    A robot's goal is a ring of its radius with an arrow along the final
+    heading, "robot_goal", or, of several, the name and "_goal"; the goals of
+    person i are dots in the color of the shirt, "human_i_goal_k". Marks have no
+    perception role, so simulated cameras do not see them.
     """
     mark = partial(AddVisual, plant, plant.world_body(), perceived=False)
     for i, human in enumerate(humans):
@@ -237,10 +234,12 @@ def AddGoalMarks(
         for k, (x, y) in enumerate(human.goals):
             X_WG = RigidTransform([x, y, _MARK_LOW + thickness / 2])
             mark(f"human_{i}_goal_{k}", dot, color, X_WG)
-    if robot is not None and robot.goal is not None:
-        x, y, yaw = robot.goal
-        X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
-        mark("robot_goal", _goal_ring(robot.radius), ROBOT_ACCENT, X_WG)
+    for name, it in by_name(robot).items():
+        if it.goal is not None:
+            x, y, yaw = it.goal
+            X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
+            ring = _goal_ring(it.radius)
+            mark(f"{figure_of(name)}_goal", ring, ROBOT_ACCENT, X_WG)
 
 
 def _cuts(low: float, high: float, tile: float) -> list[float]:

@@ -15,6 +15,7 @@ from hunav_drake.systems.evaluation.metrics import (  # noqa: F401
     contacts,
     danger,
     efficiency,
+    fleet,
     forces,
     goal,
     path,

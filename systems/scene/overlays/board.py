@@ -1,6 +1,6 @@
 """The Meshcat objects of overlays and their paths."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import math
 
@@ -9,10 +9,20 @@ from pydrake.geometry import Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform
 
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig
-from hunav_drake.systems.scene.bounds import overview_rotation, scene_bounds
+from hunav_drake.systems.scene.bounds import (
+    Robots,
+    by_name,
+    figure_of,
+    overview_rotation,
+    scene_bounds,
+)
 from hunav_drake.systems.scene.meshes import TriangleMesh, plate, ring
-from hunav_drake.systems.scene.overlays.tags import TAG_Z, TagBoard, tag_text
+from hunav_drake.systems.scene.overlays.tags import (
+    ROBOT_TAG_Z,
+    TAG_Z,
+    TagBoard,
+    tag_text,
+)
 from hunav_drake.systems.scene.palette import (
     FORCE_ARROWS,
     PLAN,
@@ -59,17 +69,19 @@ HIDDEN_Z = -1.0
 
 @dataclass(frozen=True)
 class Walker:
-    """A person or the robot whose walked path is shown.
+    """A person or a robot whose walked path is shown.
 
     Attributes:
         name: The name of the figure.
-        row: The row in `human_states`; -1 for the robot.
+        row: The row in `human_states`, or the number of the robot.
         height: The height of its path, in meters.
+        is_robot: Whether it is a robot.
     """
 
     name: str
     row: int
     height: float
+    is_robot: bool = False
 
 
 class Board:
@@ -81,47 +93,51 @@ class Board:
         world: World,
         humans: Sequence[HumanConfig],
         names: Sequence[str],
-        robot: RobotConfig | None,
+        robot: Robots,
     ) -> None:
         """Constructs a Board in Meshcat; `names` are those of the figures."""
+        self.robots = dict(by_name(robot))
         self.meshcat = meshcat
         self.names = tuple(names)
         self.walkers = [
             Walker(name, i, _WALKED_Z + _LIFT * (i % _LEVELS))
             for i, name in enumerate(names)
         ]
-        self.has_robot = robot is not None
-        if self.has_robot:
-            self.walkers.append(
-                Walker("robot", -1, _WALKED_Z + _LIFT * _LEVELS)
-            )
+        height = _WALKED_Z + _LIFT * _LEVELS
+        self.walkers += [
+            Walker(figure_of(it), k, height, is_robot=True)
+            for k, it in enumerate(self.robots)
+        ]
         # The axes of the overview camera that tags face: right, up, back.
         self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
-        # A frame that moves with the robot, for views that follow it.
+        # A frame that moves with the (first) robot, for views that follow it.
         self.robot = f"{PLACE}/overlay_robot"
         self._humans = tuple(humans)
         self.recorded = tuple(it.track is not None for it in humans)
-        self._robot = robot
 
     def OfPerson(self, overlay: Overlay, name: str) -> str:
         """Returns the path of an overlay that moves with a figure."""
         return f"{FIGURES}/{name}/base/overlay_{overlay}"
 
-    def OfAll(self, overlay: Overlay) -> str:
-        """Returns the path of an overlay that does not move with a figure."""
-        return f"{PLACE}/overlay_{overlay}"
+    def OfAll(self, overlay: Overlay, robot: str = "") -> str:
+        """Returns the path of an overlay that does not move with a figure.
+
+        `robot` is the name of one of several robots that it belongs to.
+        """
+        path = f"{PLACE}/overlay_{overlay}"
+        return f"{path}/{robot}" if robot else path
 
     def Walked(self, walker: Walker, dot: int) -> str:
         """Returns the path of a dot on a walked path."""
         return f"{self.OfAll('walked')}/{walker.name}/{dot}"
 
-    def Plan(self, dot: int) -> str:
-        """Returns the path of a dot on the planned path."""
-        return f"{self.OfAll('plan')}/{dot}"
+    def Plan(self, dot: int, robot: str = "") -> str:
+        """Returns the path of a dot on the planned path of a robot."""
+        return f"{self.OfAll('plan', robot)}/{dot}"
 
-    def Scan(self, dot: int) -> str:
-        """Returns the path of a dot at a hit of the lidar."""
-        return f"{self.OfAll('scan')}/{dot}"
+    def Scan(self, dot: int, robot: str = "") -> str:
+        """Returns the path of a dot at a hit of the lidar of a robot."""
+        return f"{self.OfAll('scan', robot)}/{dot}"
 
     def Force(self, name: str, kind: int) -> str:
         """Returns the path of an arrow: see `FORCE_ARROWS`."""
@@ -141,33 +157,50 @@ class Board:
                 for i, human in enumerate(self._humans)
                 for k in range(len(human.goals))
             ]
-            aims = self._robot is not None and self._robot.goal is not None
-            return goals + ([f"{FIGURES}/robot_goal"] if aims else [])
-        return [self.OfPerson(overlay, name) for name in self.names]
+            return goals + [
+                f"{FIGURES}/{figure_of(name)}_goal"
+                for name, robot in self.robots.items()
+                if robot.goal is not None
+            ]
+        names = [*self.names]
+        if overlay == "names":
+            names += filter(None, self.robots)
+        return [self.OfPerson(overlay, name) for name in names]
 
     def Show(self, overlay: Overlay, visible: bool) -> None:
         """Shows or hides an overlay."""
         for path in self.Paths(overlay):
             self.meshcat.SetProperty(path, "visible", visible)
 
-    def Draw(self, shown: Sequence[Overlay], num_scan_dots: int = 0) -> None:
-        """Redraws all overlays, and hides those that are not `shown`."""
+    def Draw(
+        self, shown: Sequence[Overlay], num_scan_dots: Mapping[str, int]
+    ) -> None:
+        """Redraws all overlays, and hides those that are not `shown`.
+
+        `num_scan_dots` are the numbers of dots of robots by name.
+        """
         self.meshcat.Delete(PLACE)
         for i, (human, name) in enumerate(
             zip(self._humans, self.names, strict=True)
         ):
             self._DrawPerson(i, human, name)
         for walker in self.walkers:
-            radius = 0.07 if walker.row < 0 else 0.06
-            color = (
-                ROBOT_ACCENT if walker.row < 0 else TOPS[walker.row % len(TOPS)]
-            )
+            radius, color = 0.06, TOPS[walker.row % len(TOPS)]
+            if walker.is_robot:
+                radius, color = 0.07, ROBOT_ACCENT
             for k in range(WALKED_DOTS):
                 self._AddDot(self.Walked(walker, k), radius, color)
-        for k in range(PLAN_DOTS if self._robot is not None else 0):
-            self._AddDot(self.Plan(k), 0.045, PLAN)
-        for k in range(num_scan_dots):
-            self._AddDot(self.Scan(k), 0.025, SCAN)
+        for name in self.robots:
+            for k in range(PLAN_DOTS):
+                self._AddDot(self.Plan(k, name), 0.045, PLAN)
+            for k in range(num_scan_dots.get(name, 0)):
+                self._AddDot(self.Scan(k, name), 0.025, SCAN)
+            if name:
+                self.meshcat.SetObject(self.Tag(name, 0), TagBoard(name))
+                path = self.OfPerson("names", name)
+                self.meshcat.SetProperty(
+                    path, "position", [0.0, 0.0, ROBOT_TAG_Z]
+                )
         # An empty object that tells the page of a replay to show a clock.
         self.meshcat.SetTransform(self.OfAll("clock"), RigidTransform())
         for overlay in OVERLAYS:

@@ -1,7 +1,8 @@
 """Draws overlays in Meshcat during a trial, and in its recording."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import math
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -34,6 +35,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.scene.bounds import port_of
 from hunav_drake.systems.scene.overlays.board import (
     ACTIVITIES,
     COSTMAP_Z,
@@ -50,7 +52,7 @@ from hunav_drake.systems.scene.overlays.costmaps import (
     RecordCostmap,
     ShowCostmap,
 )
-from hunav_drake.systems.scene.overlays.tags import TAG_Z
+from hunav_drake.systems.scene.overlays.tags import ROBOT_TAG_Z, TAG_Z
 from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
     STANDING_SPEED,
@@ -79,12 +81,12 @@ def AddOverlayPublisher(
     period: float,
     is_due: Callable[[Context], bool],
     is_recording: Callable[[], bool],
-    scan_angles: Array | None = None,
+    scan_angles: Mapping[str, Array | None],
 ) -> None:
     """Adds an `OverlayPublisher` to a builder and exports its inputs.
 
-    The builder is that of the scene; the publisher shares its inputs
-    "human_states" and "robot_state".
+    The builder is that of the scene; the publisher shares its inputs with the
+    states of people and robots.
     """
     system = builder.AddNamedSystem(
         "overlays",
@@ -100,10 +102,21 @@ def AddOverlayPublisher(
     for i in range(system.num_input_ports()):
         port = system.get_input_port(i)
         name = port.get_name()
-        if name in ("human_states", "robot_state"):
+        if name == "human_states" or name.endswith("robot_state"):
             builder.ConnectInput(name, port)
         else:
             builder.ExportInput(port, name)
+
+
+class _Robot(NamedTuple):
+    """The input ports of a robot: see `OverlayPublisher`."""
+
+    name: str
+    state: InputPort
+    path: InputPort
+    costmaps: dict[Overlay, InputPort]
+    angles: Array | None
+    scan: InputPort | None
 
 
 class OverlayPublisher(LeafSystem):
@@ -129,8 +142,9 @@ class OverlayPublisher(LeafSystem):
     (see `layout.FORCES`), `planner_path`, abstract, an array (k, 2) or (k, 3)
     of points in W, `local_costmap` and `global_costmap`, abstract, a `Costmap`
     each, and `scan` the distances of a lidar's rays (only if there are rays).
-    Without a robot there are no ports of
-    it and its planner. All ports except the states may be unconnected.
+    Without a robot there are no ports of it and its planner; of several robots,
+    each has such ports, with its name and "_" before theirs. All ports except
+    the states may be unconnected.
 
     It has no state; Meshcat holds what is drawn. It publishes every `period`,
     if that is due (see `MeshcatViewer`), and while Meshcat records, into the
@@ -145,14 +159,15 @@ class OverlayPublisher(LeafSystem):
         period: float,
         is_due: Callable[[Context], bool] = lambda context: True,
         is_recording: Callable[[], bool] = lambda: False,
-        scan_angles: Array | None = None,
+        scan_angles: Mapping[str, Array | None] | None = None,
     ) -> None:
         """Constructs an OverlayPublisher.
 
         `shown` are the overlays that are visible initially; `is_due` returns
         whether to draw the frame of a Context, if it is not forced.
-        `scan_angles` are those of the lidar's rays relative to the robot's
-        heading, in radians; the rays begin at its center.
+        `scan_angles` are, by the name of a robot (empty for a single one),
+        those of its lidar's rays relative to its heading, in radians; the rays
+        begin at its center.
         """
         super().__init__()
         self._board = board
@@ -160,37 +175,49 @@ class OverlayPublisher(LeafSystem):
         self._period = period
         self._is_due = is_due
         self._is_recording = is_recording
-        self._angles = scan_angles
         n = len(board.names)
         declare = self.DeclareVectorInputPort
         self._humans = declare("human_states", STATE_SIZE * n)
-        self._robot = self._path = self._scan = None
-        self._costmaps: dict[Overlay, InputPort] = {}
         self._status = declare("behavior_status", n)
         self._forces = declare("forces", FORCES_SIZE * n)
         self._replay = None
         if any(board.recorded):
             self._replay = declare("replay", REPLAY_SIZE * n)
-        if board.has_robot:
-            self._robot = declare("robot_state", STATE_SIZE)
-            self._path = self.DeclareAbstractInputPort(
-                "planner_path", Value(np.zeros((0, 3)))
-            )
-            self._costmaps = {
-                name: self.DeclareAbstractInputPort(
-                    name, AbstractValue.Make(NO_MAP)
-                )
-                for name in COSTMAPS
-            }
-            if scan_angles is not None:
-                self._scan = declare("scan", len(scan_angles))
+        self._robots = [
+            self._Declare(name, (scan_angles or {}).get(name))
+            for name in board.robots
+        ]
         self.DeclareInitializationPublishEvent(self._Draw)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._PublishIfDue)
         self.DeclareForcedPublishEvent(self._Publish)
 
+    def _Declare(self, name: str, angles: Array | None) -> "_Robot":
+        """Declares the input ports of a robot."""
+
+        def declare(port: str, model: AbstractValue) -> InputPort:
+            return self.DeclareAbstractInputPort(port_of(name, port), model)
+
+        vector = self.DeclareVectorInputPort
+        return _Robot(
+            name=name,
+            state=vector(port_of(name, "robot_state"), STATE_SIZE),
+            path=declare("planner_path", Value(np.zeros((0, 3)))),
+            costmaps={
+                it: declare(it, AbstractValue.Make(NO_MAP)) for it in COSTMAPS
+            },
+            angles=angles,
+            scan=None
+            if angles is None
+            else vector(port_of(name, "scan"), len(angles)),
+        )
+
     def _Draw(self, context: Context) -> EventStatus:
-        rays = 0 if self._angles is None else len(self._angles)
-        self._board.Draw(self._shown, min(MAX_SCAN_DOTS, rays))
+        rays = {
+            it.name: min(MAX_SCAN_DOTS, len(it.angles))
+            for it in self._robots
+            if it.angles is not None
+        }
+        self._board.Draw(self._shown, rays)
         return EventStatus.Succeeded()
 
     def _PublishIfDue(self, context: Context) -> EventStatus:
@@ -204,26 +231,27 @@ class OverlayPublisher(LeafSystem):
         humans: Array = np.zeros((0, STATE_SIZE))
         if self._board.names:
             humans = self._humans.Eval(context).reshape(-1, STATE_SIZE)
-        robot = None if self._robot is None else self._robot.Eval(context)
+        robots = [it.state.Eval(context) for it in self._robots]
         board = self._board
         live = board.meshcat.GetNumActiveConnections() > 0
         every = max(round(WALKED_TIME / WALKED_DOTS / self._period), 1)
         if frame % every == 0:
-            self._LayDots(time, frame // every, humans, robot, live=live)
-        if robot is not None:
-            X_WB = upright(robot[X], robot[Y], robot[YAW])
+            self._LayDots(time, frame // every, humans, robots, live=live)
+        if robots:
+            X_WB = upright(*robots[0][: YAW + 1])
             board.meshcat.SetTransform(board.robot, X_WB, time)
         if live:
-            self._TurnTags(humans)
+            self._TurnTags(humans, robots)
         if frame % _FEW == 0:
             self._PublishPeople(context, time, humans)
-        if frame % _MANY == 0:
-            self._PublishPath(context, time)
-            self._PublishScan(context, time, robot)
-        every = max(round(_COSTMAP_PERIOD / self._period), 1)
-        if frame % every == 0:
-            until = time + every * self._period
-            self._PublishCostmaps(context, time, frame // every, until)
+        many = max(round(_COSTMAP_PERIOD / self._period), 1)
+        for it, row in zip(self._robots, robots, strict=True):
+            if frame % _MANY == 0:
+                self._PublishPath(context, time, it)
+                self._PublishScan(context, time, it, row)
+            if frame % many == 0:
+                times = (time, time + many * self._period)
+                self._PublishCostmaps(context, it, frame // many, times)
         return EventStatus.Succeeded()
 
     def _LayDots(
@@ -231,7 +259,7 @@ class OverlayPublisher(LeafSystem):
         time: float,
         count: int,
         humans: Array,
-        robot: Array | None,
+        robots: Sequence[Array],
         *,
         live: bool,
     ) -> None:
@@ -239,10 +267,10 @@ class OverlayPublisher(LeafSystem):
         board, meshcat = self._board, self._board.meshcat
         last = time + WALKED_TIME - self._period
         for walker in board.walkers:
-            row = robot if walker.row < 0 else humans[walker.row]
+            row = (robots if walker.is_robot else humans)[walker.row]
             path = board.Walked(walker, count % WALKED_DOTS)
             place = [0.0, 0.0, HIDDEN_Z]
-            if row is not None and not math.isnan(row[X]):
+            if not math.isnan(row[X]):
                 place = [row[X], row[Y], walker.height]
             # In a recording, it shrinks to nothing just before its object is
             # reused.
@@ -259,13 +287,22 @@ class OverlayPublisher(LeafSystem):
                 rest = 1.0 - age / WALKED_DOTS
                 meshcat.SetProperty(older, "scale", [rest, rest, 1.0])
 
-    def _TurnTags(self, humans: Array) -> None:
+    def _TurnTags(self, humans: Array, robots: Sequence[Array]) -> None:
         """Turns the name tags to the initial position of the camera."""
         board = self._board
-        for name, row in zip(board.names, humans, strict=True):
+        tagged = [
+            (name, row, TAG_Z)
+            for name, row in zip(board.names, humans, strict=True)
+        ]
+        tagged += [
+            (name, row, ROBOT_TAG_Z)
+            for name, row in zip(board.robots, robots, strict=True)
+            if name
+        ]
+        for name, row, height in tagged:
             if not math.isnan(row[X]):
                 R_BW = RotationMatrix.MakeZRotation(-row[YAW])
-                X_BT = RigidTransform(R_BW @ board.R_WT, [0.0, 0.0, TAG_Z])
+                X_BT = RigidTransform(R_BW @ board.R_WT, [0.0, 0.0, height])
                 path = board.OfPerson("names", name)
                 board.meshcat.SetTransform(path, X_BT)
 
@@ -312,41 +349,47 @@ class OverlayPublisher(LeafSystem):
                 meshcat.SetProperty(path, "quaternion", quaternion, time)
                 meshcat.SetProperty(path, "scale", [length, 1.0, 1.0], time)
 
-    def _PublishPath(self, context: Context, time: float) -> None:
-        if self._path is None or not self._path.HasValue(context):
+    def _PublishPath(
+        self, context: Context, time: float, robot: "_Robot"
+    ) -> None:
+        if not robot.path.HasValue(context):
             return
-        path = np.asarray(self._path.Eval(context), dtype=float)
+        path = np.asarray(robot.path.Eval(context), dtype=float)
         places = np.full((PLAN_DOTS, 3), HIDDEN_Z)
         if len(path):
             places[:, :2] = spread(path, PLAN_DOTS)
             places[:, 2] = PLAN_Z
         for k, place in enumerate(places):
             self._board.meshcat.SetProperty(
-                self._board.Plan(k), "position", place, time
+                self._board.Plan(k, robot.name), "position", place, time
             )
 
     def _PublishCostmaps(
-        self, context: Context, time: float, count: int, until: float
+        self,
+        context: Context,
+        robot: "_Robot",
+        count: int,
+        times: tuple[float, float],
     ) -> None:
         board, meshcat = self._board, self._board.meshcat
         records = self._is_recording()
         live = not records and meshcat.GetNumActiveConnections() > 0
-        for name, port in self._costmaps.items():
+        for name, port in robot.costmaps.items():
             if not port.HasValue(context):
                 continue
             if name not in self._shown and not live:
                 continue
-            place = (meshcat, board.OfAll(name), count)
+            place = (meshcat, board.OfAll(name, robot.name), count)
             picture = (port.Eval(context), COSTMAP_Z[name])
             if records:
-                RecordCostmap(*place, *picture, (time, until))
+                RecordCostmap(*place, *picture, times)
             else:
                 ShowCostmap(*place, *picture)
 
     def _PublishScan(
-        self, context: Context, time: float, robot: Array | None
+        self, context: Context, time: float, robot: "_Robot", row: Array
     ) -> None:
-        angles, port = self._angles, self._scan
+        angles, port = robot.angles, robot.scan
         if angles is None or port is None or not port.HasValue(context):
             return
         ranges = port.Eval(context)
@@ -354,13 +397,13 @@ class OverlayPublisher(LeafSystem):
         rays = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
         for k, i in enumerate(rays):
             place = [0.0, 0.0, HIDDEN_Z]
-            if robot is not None and math.isfinite(ranges[i]):
-                angle = robot[YAW] + angles[i]
-                x = robot[X] + ranges[i] * math.cos(angle)
-                y = robot[Y] + ranges[i] * math.sin(angle)
+            if math.isfinite(ranges[i]):
+                angle = row[YAW] + angles[i]
+                x = row[X] + ranges[i] * math.cos(angle)
+                y = row[Y] + ranges[i] * math.sin(angle)
                 place = [x, y, SCAN_Z]
             self._board.meshcat.SetProperty(
-                self._board.Scan(k), "position", place, time
+                self._board.Scan(k, robot.name), "position", place, time
             )
 
 

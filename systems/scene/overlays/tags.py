@@ -11,6 +11,9 @@ from pydrake.geometry import InMemoryMesh, Mesh
 TAG_HEIGHT = 0.26
 TAG_Z = 1.97
 
+# The same of boards above robots, in meters.
+ROBOT_TAG_Z = 0.8
+
 # The size of letters in the picture of a board, in pixels.
 _LETTERS = 28
 

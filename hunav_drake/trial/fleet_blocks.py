@@ -1,0 +1,135 @@
+"""The blocks that only a trial with several robots has."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import Demultiplexer, Multiplexer
+
+from hunav_drake.scenario.fleet import RobotPart
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.evaluation.fleet_monitor import FleetMonitor
+from hunav_drake.systems.robot.robots import PhysicalRobot
+from hunav_drake.systems.scene import ScenePorts
+from hunav_drake.trial.blocks import AddSensors, PlannerPorts, Ports, RobotPorts
+
+
+def JoinPorts(
+    builder: DiagramBuilder, name: str, ports: Sequence[OutputPort]
+) -> OutputPort:
+    """Returns one port with the numbers of several, from a system `name`."""
+    ports = [port for port in ports if port.size()]
+    if len(ports) == 1:
+        return ports[0]
+    joined = builder.AddNamedSystem(
+        name, Multiplexer([p.size() for p in ports])
+    )
+    for i, port in enumerate(ports):
+        builder.Connect(port, joined.get_input_port(i))
+    return joined.get_output_port()
+
+
+def SplitPort(
+    builder: DiagramBuilder, name: str, port: OutputPort | None, number: int
+) -> list[OutputPort | None]:
+    """Returns equal parts of a port, from a system `name`."""
+    if port is None or number == 1 or not port.size():
+        return [port] * number
+    size = port.size() // number
+    parts = builder.AddNamedSystem(name, Demultiplexer([size] * number))
+    builder.Connect(port, parts.get_input_port())
+    return [parts.get_output_port(i) for i in range(number)]
+
+
+class Surroundings(NamedTuple):
+    """What is around a robot.
+
+    Attributes:
+        seen: The port "human_states" of its sensors and its planner: people,
+            then the other robots.
+        bodies: The ports of the robot itself: "other_robots"; and for a plant
+            "human_states", people, then the kinematic robots.
+    """
+
+    seen: Ports
+    bodies: Ports
+
+
+def AddSurroundings(
+    builder: DiagramBuilder,
+    parts: Sequence[RobotPart],
+    robots: Sequence[RobotPorts],
+    human_states: OutputPort,
+) -> list[Surroundings]:
+    """Adds what joins the states around each robot to a builder.
+
+    Nothing is added for a single robot.
+    """
+    if len(parts) == 1:
+        return [Surroundings({}, {})]
+    states = [robot.robot_state for robot in robots]
+    kinematic = [
+        robot.robot_state
+        for part, robot in zip(parts, robots, strict=True)
+        if not isinstance(part.scenario.robot, PhysicalRobot)
+    ]
+    result = []
+    for i, (part, robot) in enumerate(zip(parts, robots, strict=True)):
+        others = states[:i] + states[i + 1 :]
+        seen = JoinPorts(
+            builder, f"{part.prefix}others", [human_states, *others]
+        )
+        body, bodies = robot.systems[0], {}
+        if body.HasInputPort("other_robots"):
+            bodies["other_robots"] = JoinPorts(
+                builder, f"{part.prefix}other_robots", others
+            )
+        if body.HasOutputPort("desired_people_state"):
+            bodies["human_states"] = JoinPorts(
+                builder, "bodies", [human_states, *kinematic]
+            )
+        result.append(Surroundings({"human_states": seen}, bodies))
+    return result
+
+
+def AddFleet(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    parts: Sequence[RobotPart],
+    monitors: Sequence[System],
+    planners: Sequence[PlannerPorts],
+    scene: ScenePorts,
+    bodies: Sequence[OutputPort],
+) -> dict[str, OutputPort]:
+    """Adds what detects the end of several robots, and sensors of the world.
+
+    They are "monitor" and "sensor_" plus a name. `bodies` are the states of
+    people, and of each robot.
+
+    Returns:
+        Their outputs by name.
+    """
+    monitor = builder.AddNamedSystem(
+        "monitor",
+        FleetMonitor(
+            [part.name for part in parts],
+            has_goal=[part.scenario.robot.goal is not None for part in parts],
+            time_step=scenario.simulation.time_step,
+        ),
+    )
+    for part, own, planner in zip(parts, monitors, planners, strict=True):
+        for key, port in (
+            ("trial_status", own.GetOutputPort("trial_status")),
+            ("planner_status", planner.status),
+        ):
+            builder.Connect(port, monitor.GetInputPort(f"{part.prefix}{key}"))
+    outputs = {
+        name: monitor.GetOutputPort(name)
+        for name in ("trial_status", "robot_ends")
+    }
+    if scenario.sensors:
+        everybody = JoinPorts(builder, "everybody", bodies)
+        fixed = RobotPart("", scenario)
+        given = {"human_states": everybody}
+        outputs |= AddSensors(builder, fixed, scene, given)
+    return outputs

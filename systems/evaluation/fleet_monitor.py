@@ -1,0 +1,117 @@
+"""The LeafSystem that detects the end of a trial with several robots."""
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    OutputPort,
+)
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.evaluation.trial_monitor import (
+    StepMonitor,
+    TrialStatus,
+)
+from hunav_drake.systems.planning.planner import PlannerStatus
+
+
+class FleetMonitor(StepMonitor):
+    """Detects the end of each robot, and of the trial when all have ended.
+
+    .. pydrake_system::
+
+        name: FleetMonitor
+        input_ports:
+        - NAME_trial_status (for each robot)
+        - NAME_planner_status (for each robot)
+        output_ports:
+        - trial_status
+        - robot_ends
+
+    Ports ``NAME_trial_status`` take the `TrialStatus` of robot NAME alone, from
+    a `TrialMonitor`, and ``NAME_planner_status`` the `PlannerStatus` of its
+    planner. The first status that is not RUNNING is the end of that robot,
+    whatever happens to it later; robots without a goal do not count.
+
+    Port ``trial_status`` gives RUNNING until all robots have ended, then the
+    worst end: GOAL, STUCK, PLANNER_FAILED. Port ``robot_ends`` gives a row
+    (status, time) for each robot, with the time of its end in seconds; -1 for
+    none.
+
+    The discrete state holds these rows; a second group holds the time of the
+    last update.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        *,
+        has_goal: Sequence[bool],
+        time_step: float = 0.05,
+    ) -> None:
+        """Constructs a FleetMonitor.
+
+        Args:
+            names: The names of the robots.
+            has_goal: Whether each of them has a goal.
+            time_step: The period of the trial, in seconds.
+
+        Raises:
+            ValueError: If ``time_step`` is not positive.
+        """
+        super().__init__(time_step)
+        self._counts = np.array(has_goal, dtype=np.bool_)
+        declare = self.DeclareVectorInputPort
+        self._statuses = [declare(f"{it}_trial_status", 1) for it in names]
+        self._planners = [declare(f"{it}_planner_status", 1) for it in names]
+        nothing = np.tile([float(TrialStatus.RUNNING), -1.0], len(names))
+        self._ends = self.DeclareDiscreteState(nothing)
+        self._updated = self.DeclareDiscreteState([-math.inf])
+        self._trial_status = self.DeclareVectorOutputPort(
+            "trial_status", 1, self._CalcStatus
+        )
+        self._robot_ends = self.DeclareVectorOutputPort(
+            "robot_ends", 2 * len(names), self._CalcEnds
+        )
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            period_sec=time_step, offset_sec=0.0, update=self._Update
+        )
+
+    def get_trial_status_output_port(self) -> OutputPort:
+        """Returns the port with the status of the trial."""
+        return self._trial_status
+
+    def get_robot_ends_output_port(self) -> OutputPort:
+        """Returns the port with the ends of the robots."""
+        return self._robot_ends
+
+    def EvalEnds(self, context: Context) -> Array:
+        """Returns the end of each robot by now: see port ``robot_ends``."""
+        ends: Array = context.get_discrete_state(self._ends).CopyToVector()
+        rows = ends.reshape(-1, 2)
+        for i, row in enumerate(rows):
+            if row[0] != TrialStatus.RUNNING:
+                continue
+            (status,) = self._statuses[i].Eval(context)
+            (planner,) = self._planners[i].Eval(context)
+            if planner == PlannerStatus.ERROR:
+                status = TrialStatus.PLANNER_FAILED
+            if status != TrialStatus.RUNNING:
+                row[:] = status, context.get_time()
+        return rows
+
+    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
+        statuses = self.EvalEnds(context)[self._counts, 0]
+        runs = not len(statuses) or (statuses == TrialStatus.RUNNING).any()
+        output.SetAtIndex(0, TrialStatus.RUNNING if runs else statuses.max())
+
+    def _CalcEnds(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.EvalEnds(context).ravel())
+
+    def _Update(self, context: Context, state: DiscreteValues) -> None:
+        state.set_value(self._updated, [context.get_time()])
+        state.set_value(self._ends, self.EvalEnds(context).ravel())
