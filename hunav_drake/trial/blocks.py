@@ -22,6 +22,7 @@ from hunav_drake.scenario.fleet import (
     with_parts,
 )
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
 from hunav_drake.systems.common.registry import name_of
@@ -318,7 +319,7 @@ def AddTrialScene(
     builder: DiagramBuilder, scenario: Scenario, meshcat: "Meshcat | None"
 ) -> ScenePorts:
     """Adds the scene of a trial to a builder, as "scene"."""
-    scan_angles = {}
+    scan_angles: dict[str, Array] = {}
     for part in robot_parts(scenario):
         for sensor in part.scenario.sensors:
             if isinstance(sensor, LidarConfig) and sensor.mount == "robot":

@@ -9,6 +9,7 @@ from pydrake.systems.primitives import Demultiplexer, Multiplexer
 from hunav_drake.scenario.fleet import RobotPart
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.evaluation.fleet_monitor import FleetMonitor
+from hunav_drake.systems.planning.planner import PlannerStatus
 from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.scene import ScenePorts
 from hunav_drake.trial.blocks import AddSensors, PlannerPorts, Ports, RobotPorts
@@ -114,6 +115,7 @@ def AddFleet(
         FleetMonitor(
             [part.name for part in parts],
             has_goal=[part.scenario.robot.goal is not None for part in parts],
+            planner_error=PlannerStatus.ERROR,
             time_step=scenario.simulation.time_step,
         ),
     )

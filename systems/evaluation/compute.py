@@ -145,14 +145,14 @@ def metric_columns(
 
 def _named(found: Evaluation, robot: Recording, size: int) -> Evaluation:
     """Returns the metrics of a robot with its name; series end with NaN."""
-    times, *others = found
-    values, series, units = (
-        {f"{robot.robot_name}.{name}": it for name, it in table.items()}
-        for table in others
+    prefix = f"{robot.robot_name}."
+    rest = np.full(size - len(found.times), np.nan)
+    return Evaluation(
+        found.times,
+        {prefix + name: it for name, it in found.values.items()},
+        {prefix + it: np.append(s, rest) for it, s in found.series.items()},
+        {prefix + name: it for name, it in found.units.items()},
     )
-    rest = np.full(size - len(times), np.nan)
-    series = {name: np.append(it, rest) for name, it in series.items()}
-    return Evaluation(times, values, series, units)
 
 
 def _joined(recording: Recording, found: Iterable[Evaluation]) -> Evaluation:

@@ -16,7 +16,6 @@ from hunav_drake.systems.evaluation.trial_monitor import (
     StepMonitor,
     TrialStatus,
 )
-from hunav_drake.systems.planning.planner import PlannerStatus
 
 
 class FleetMonitor(StepMonitor):
@@ -33,8 +32,7 @@ class FleetMonitor(StepMonitor):
         - robot_ends
 
     Ports ``NAME_trial_status`` take the `TrialStatus` of robot NAME alone, from
-    a `TrialMonitor`, and ``NAME_planner_status`` the `PlannerStatus` of its
-    planner. The first status that is not RUNNING is the end of that robot,
+    a `TrialMonitor`, and ``NAME_planner_status`` the status of its planner. The first status that is not RUNNING is the end of that robot,
     whatever happens to it later; robots without a goal do not count.
 
     Port ``trial_status`` gives RUNNING until all robots have ended, then the
@@ -51,6 +49,7 @@ class FleetMonitor(StepMonitor):
         names: Sequence[str],
         *,
         has_goal: Sequence[bool],
+        planner_error: int,
         time_step: float = 0.05,
     ) -> None:
         """Constructs a FleetMonitor.
@@ -58,12 +57,14 @@ class FleetMonitor(StepMonitor):
         Args:
             names: The names of the robots.
             has_goal: Whether each of them has a goal.
+            planner_error: The status of a planner that has failed.
             time_step: The period of the trial, in seconds.
 
         Raises:
             ValueError: If ``time_step`` is not positive.
         """
         super().__init__(time_step)
+        self._planner_error = planner_error
         self._counts = np.array(has_goal, dtype=np.bool_)
         declare = self.DeclareVectorInputPort
         self._statuses = [declare(f"{it}_trial_status", 1) for it in names]
@@ -98,7 +99,7 @@ class FleetMonitor(StepMonitor):
                 continue
             (status,) = self._statuses[i].Eval(context)
             (planner,) = self._planners[i].Eval(context)
-            if planner == PlannerStatus.ERROR:
+            if planner == self._planner_error:
                 status = TrialStatus.PLANNER_FAILED
             if status != TrialStatus.RUNNING:
                 row[:] = status, context.get_time()

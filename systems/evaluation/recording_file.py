@@ -109,7 +109,7 @@ def read(path: str | Path) -> dict[str, Any]:
         values["obstacles"] = _obstacles(*(values.pop(n) for n in _OBSTACLES))
     except ValueError as error:
         raise ValueError(f"{path}: is damaged: {error}") from error
-    others = []
+    others: list[dict[str, Any]] = []
     while any(key.startswith(f"others.{len(others) + 1}.") for key in arrays):
         prefix = f"others.{len(others) + 1}."
         others.append(_read(path, arrays, _OF_ROBOT, prefix))
