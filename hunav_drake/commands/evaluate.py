@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hunav_drake.runs.recording_files import ReadRecording
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
@@ -14,7 +15,7 @@ from hunav_drake.systems.evaluation.recording import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.provenance import MakeSourceProvenance
-from hunav_drake.trial.result import MakeTrialResult, TrialResult
+from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
 
 # The value of `--walls` for an open space.
 NO_WALLS = "none"
@@ -38,6 +39,11 @@ def evaluate_file(
     """
     select_metrics(metric_names)
     recording = ReadRecording(filename)
+    if recording.others and (goal is not None or goal_tolerance is not None):
+        raise ValueError(
+            "--goal and --goal-tolerance are for one robot, and the recording"
+            " has several; leave them out"
+        )
     changes: dict[str, Any] = {}
     if goal is not None:
         changes |= _goal(goal, recording)
@@ -49,19 +55,30 @@ def evaluate_file(
         changes |= _tolerance(goal_tolerance)
     if walls is not None:
         changes |= {"obstacles": _walls(walls), "walls_known": True}
+    # (Walls are those of all robots.)
+    others = [dataclasses.replace(it, **changes) for it in recording.others]
+    changes["others"] = tuple(others)
     recording = dataclasses.replace(recording, **changes)
     if reference is not None:
         recording = recording.compared_with(ReadRecording(reference))
-    at_goal = bool(recording.features.at_goal[-1])
+    ends: dict[str, EndReason] = {
+        it.robot_name: "goal" if it.features.at_goal[-1] else "end"
+        for it in recording.robots
+    }
+    at_goal = set(ends.values()) == {"goal"}
     return MakeTrialResult(
         recording,
         scenario_name=filename.name.split(".")[0],
         metric_names=metric_names,
         provenance=MakeSourceProvenance(filename),
         end_reason="goal" if at_goal else "end",
-        end_message="the robot is at its goal"
+        end_message=(
+            "the robot is at its goal",
+            "all robots are at their goals",
+        )[len(ends) > 1]
         if at_goal
         else "the recording ends",
+        robot_ends=ends if recording.others else {},
         end_time=float(recording.times[-1] - recording.times[0]),
     )
 
@@ -77,7 +94,7 @@ def lacks_walls(result: TrialResult) -> bool:
 
 def _has_value(name: str, recording: Recording) -> bool:
     try:
-        value, _ = METRICS[name].compute(recording)
+        value, _ = METRICS[base_name(name)].compute(recording)
     except ValueError:
         return False
     return not math.isnan(value)

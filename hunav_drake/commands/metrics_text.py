@@ -5,6 +5,7 @@ import shutil
 import textwrap
 
 from hunav_drake.hunavsim.differences import differences_of_metric
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 
 _DIRECTIONS = {
@@ -43,7 +44,7 @@ def list_metrics() -> str:
 def show_metrics(names: Sequence[str]) -> str:
     """Returns the full descriptions of metrics: see `select_metrics`."""
     blocks = []
-    for metric in select_metrics(names):
+    for metric in select_metrics(map(base_name, names)):
         facts = [
             f"{metric.name} [{metric.unit}]",
             f"  family     {metric.family}",

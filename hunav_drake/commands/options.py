@@ -139,16 +139,20 @@ def load_scenario(
 
 def tell_doubts(scenario: "Scenario", place: str = "") -> None:
     """Prints notes on a valid scenario that may not be what the user wants."""
+    from hunav_drake.scenario.fleet import robot_parts
     from hunav_drake.scenario.population import people_who_never_come
     from hunav_drake.scenario.randomness import is_own, same_for_all_seeds
 
     notes = [same_for_all_seeds(scenario)]
-    if scenario.robot.goal is None and not is_own(scenario.planner):
-        notes.append(
-            "the robot has no goal, so it stands still for all"
-            f" {scenario.simulation.duration:g} s; set robot.goal, as in --set"
-            " 'robot.goal=[5, 0, 0]'"
-        )
+    for i, (name, alone) in enumerate(robot_parts(scenario)):
+        if alone.robot.goal is None and not is_own(alone.planner):
+            robot = f"robots[{i}].robot" if name else "robot"
+            duration = f"{scenario.simulation.duration:g} s"
+            notes.append(
+                f"the robot {name}".strip() + " has no goal, so it stands still"
+                f" for all {duration}; set {robot}.goal, as in --set"
+                f" '{robot}.goal=[5, 0, 0]'"
+            )
     notes.append(people_who_never_come(scenario))
     for note in filter(None, notes):
         print(f"hunav: note: {place}{note}", file=sys.stderr)

@@ -113,6 +113,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.out is not None:
         check_out(options.out)
     from hunav_drake.scenario import ScenarioError
+    from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.trial.compiling import told_compile_time
     from hunav_drake.trial.diagram import MakeTrialDiagram
     from hunav_drake.trial.simulation import RunTrial
@@ -127,7 +128,7 @@ def _run(options: argparse.Namespace) -> int:
         logging.getLogger("drake").setLevel(logging.WARNING)
         meshcat = StartMeshcatLocal()
         people = draw_people(scenario)
-        SetView(meshcat, scenario.world, people, scenario.robot)
+        SetView(meshcat, scenario.world, people, robots_of(scenario))
     with contextlib.ExitStack() as stack, input_errors(ScenarioError):
         compiled = stack.enter_context(told_compile_time())
         diagram = MakeTrialDiagram(scenario, meshcat)
@@ -169,7 +170,8 @@ def _run(options: argparse.Namespace) -> int:
         # Or Ctrl-C, or Ctrl-D: all files are written.
         with contextlib.suppress(KeyboardInterrupt, EOFError):
             input("Press Enter to close the view. ")
-    completed = result.end_reason == "goal" or scenario.robot.goal is None
+    aims = any(it.goal is not None for it in robots_of(scenario).values())
+    completed = result.end_reason == "goal" or not aims
     return DONE if completed and not failed else FAILED
 
 

@@ -164,7 +164,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from hunav_drake.systems.common.registry import name_of
+    from hunav_drake.scenario.fleet import planners_of
     from hunav_drake.tracks.recorded import load_tracks
 
     def describe(name: str) -> str:
@@ -172,6 +172,7 @@ def _check(options: argparse.Namespace) -> int:
             _fix(Path(name))
         scenario = load_scenario(name, options, ways=True)
         population = scenario.population
+        robots = len(scenario.robots)
         people = len(scenario.humans) + population.number
         if population.tracks is not None:
             people += len(load_tracks(population.tracks).people)
@@ -179,7 +180,8 @@ def _check(options: argparse.Namespace) -> int:
         return (
             f"{people} {'person' if people == 1 else 'people'},"
             f" {_describe_world(scenario.world)},"
-            f" planner {name_of(scenario.planner)}"
+            + (f" {robots} robots," if robots else "")
+            + f" planner {planners_of(scenario)}"
         )
 
     sound: dict[str, Scenario] = {}

@@ -18,9 +18,9 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
+from hunav_drake.scenario.fleet import planners_of, robot_parts
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
-from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.trial.provenance import drawn_text, program_versions
 
@@ -104,13 +104,16 @@ def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
     drawn = drawn_by_seed(scenario)
     return Cell(
         scenario=scenario.name,
-        planner=label or name_of(scenario.planner),
+        planner=label or planners_of(scenario),
         setting=setting,
         text=text,
         sha256=cell_sha256(text, scenario),
         drawn=drawn_text(drawn),
         how_to_draw="" if drawn else how_to_draw(scenario),
-        once=not drawn and not is_own(scenario.planner),
+        once=not drawn
+        and not any(
+            is_own(part.scenario.planner) for part in robot_parts(scenario)
+        ),
     )
 
 

@@ -30,6 +30,7 @@ from hunav_drake.systems.common.files import (
     is_file_name,
 )
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.provenance import Provenance
@@ -279,13 +280,18 @@ def _make_result(row: RunRow, recording: Recording) -> TrialResult:
         recording,
         scenario_name=row.scenario,
         # A user's metric may not be registered here.
-        metric_names=[name for name in row.metrics if name in METRICS],
+        metric_names=list(
+            dict.fromkeys(
+                name for name in map(base_name, row.metrics) if name in METRICS
+            )
+        ),
         # The provenance of a suite is in its cells.
         provenance=row.provenance or told,
         # Runs without a result have no recording.
         end_reason=cast(EndReason, row.end_reason),
         end_message=row.end_message,
         end_time=row.end_time,
+        robot_ends=cast(dict[str, EndReason], row.robot_ends),
     )
     found, attrs = result.tables, row.attrs
     own = found.evaluation._replace(values=row.metrics, units=attrs["units"])

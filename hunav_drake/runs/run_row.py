@@ -16,6 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.systems.common.plain_errors import message_of
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.metric_facts import (
     FACTS,
@@ -89,6 +90,7 @@ class RunRow(NamedTuple):
             and "cycle_median" and "cycle_p95" of the planner's cycles, if
             known. Only these differ between equal runs.
         extras: Further numbers by name: see `extra_values`.
+        robot_ends: Why each of several robots ended, by its name.
         recording: The recording, if requested; it is not written to the log.
     """
 
@@ -110,6 +112,7 @@ class RunRow(NamedTuple):
     code_sha256: str = ""
     cost: dict[str, float] = _NOTHING
     extras: dict[str, float] = _NOTHING
+    robot_ends: dict[str, str] = _NOTHING
     recording: "Recording | None" = None
 
     @property
@@ -180,6 +183,7 @@ def make_row(result: TrialResult, tag: str = "") -> RunRow:
         },
         tag=tag or result.tag,
         provenance=about,
+        robot_ends=dict(result.robot_ends),
     )
 
 
@@ -192,7 +196,7 @@ def table_facts(
         names: The metrics.
         own: Facts about the metrics that are not part of this package.
     """
-    attrs = facts_of(name for name in names if name in METRICS)
+    attrs = facts_of(name for name in names if base_name(name) in METRICS)
     for name, facts in own.items():
         for fact, key in FACTS.items():
             attrs[key][name] = facts[fact]  # type: ignore[literal-required]

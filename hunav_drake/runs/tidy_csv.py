@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Iterator
 import csv
+import dataclasses
 import re
 from typing import Any
 
@@ -26,7 +27,8 @@ from hunav_drake.systems.common.suggest import nearest, shown
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 
-ROBOT = "robot"
+# The agent that is the robot, and the begin of the names of several ones.
+ROBOT, OF_ROBOT = "robot", "robot:"
 _NEEDED = ("time", "agent", "x", "y")
 _TEXTS = ("agent", "behavior")
 _WHOLE = ("group_id", "behavior_status")
@@ -55,7 +57,16 @@ def parse_csv(text: str) -> Recording:
     """
     table = _read_table(text)
     times, sample = _merge_times(table["time"].to_numpy())
-    agents = [ROBOT, *(a for a in dict.fromkeys(table["agent"]) if a != ROBOT)]
+    given = list(dict.fromkeys(table["agent"]))
+    robots = [it for it in given if it == ROBOT or it.startswith(OF_ROBOT)]
+    robots = robots or [ROBOT]
+    if len(robots) > 1 and ROBOT in robots:
+        raise ValueError(
+            f"the agents {', '.join(map(shown, robots))} are robots: give each"
+            f" of several robots a name, as in {OF_ROBOT}anna"
+        )
+    m = len(robots)
+    agents = [*robots, *(it for it in given if it not in robots)]
     _check_rows(times, sample, table["agent"])
     body = table["agent"].map({name: i for i, name in enumerate(agents)})
 
@@ -71,19 +82,24 @@ def parse_csv(text: str) -> Recording:
     if "behavior_status" in table:
         status[sample, body] = table["behavior_status"]
     settings: dict[str, Any] = {
-        field: tuple(_constant(table, column, agent) for agent in agents[1:])
+        field: tuple(_constant(table, column, agent) for agent in agents[m:])
         for column, field in _CONSTANTS.items()
         if column in table
     }
-    return Recording(
-        times=times,
-        robot=states[:, 0],
-        humans=states[:, 1:],
-        behavior_status=status[:, 1:],
-        human_names=tuple(agents[1:]),
-        walls_known=False,
-        **settings,
+    first, *others = (
+        Recording(
+            times=times,
+            robot=states[:, i],
+            robot_name=robot.removeprefix(OF_ROBOT) if robot != ROBOT else "",
+            humans=states[:, m:],
+            behavior_status=status[:, m:],
+            human_names=tuple(agents[m:]),
+            walls_known=False,
+            **settings,
+        )
+        for i, robot in enumerate(robots)
     )
+    return dataclasses.replace(first, others=tuple(others))
 
 
 def _merge_times(times: Array) -> tuple[Array, NDArray[np.intp]]:

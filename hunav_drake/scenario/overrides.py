@@ -1,6 +1,7 @@
 """Applies overrides, such as settings of the command line, to a scenario."""
 
 from collections.abc import Mapping, Sequence
+import copy
 import itertools
 import re
 from typing import Any
@@ -28,7 +29,8 @@ def apply_overrides(
             missing members of lists are not.
         overrides: Texts of a path, an equals sign and a value in YAML, such
             as "robot.radius=0.3"; one such text; or a mapping of paths to
-            values.
+            values. With several robots, paths of `robot` and `planner` are
+            those of each of them.
 
     Returns:
         The text of each override by the path that it set; and the faults of
@@ -38,18 +40,18 @@ def apply_overrides(
         overrides = [overrides]
     elif isinstance(overrides, Mapping):
         overrides = [f"{path}={value}" for path, value in overrides.items()]
-    locs = {}
+    locs: dict[Loc, str] = {}
     faults = []
     for text in overrides:
         try:
-            locs[_apply(data, text)] = text
+            locs |= dict.fromkeys(_apply(data, text), text)
         except ValueError as error:
             faults.append(Fault(override_place(text), 0, "", str(error)))
     return locs, faults
 
 
-def _apply(data: Any, text: str) -> Loc:
-    """Applies one override; returns its path, or raises a ValueError."""
+def _apply(data: Any, text: str) -> list[Loc]:
+    """Applies one override; returns its paths, or raises a ValueError."""
     path, equals, value_text = text.partition("=")
     path = path.strip()
     loc: Loc = tuple(name or int(index) for name, index in _STEP.findall(path))
@@ -63,6 +65,17 @@ def _apply(data: Any, text: str) -> Loc:
         raise ValueError(f"the value {finding.message}")
     value = document.plain()
     loc = renew_override(loc, value, text)
+    locs = [loc]
+    members = data.get("robots") if isinstance(data, dict) else None
+    if members and isinstance(members, list) and loc[0] in ("robot", "planner"):
+        locs = [("robots", i, *loc) for i in range(len(members))]
+    for it in locs:
+        _set(data, it, copy.deepcopy(value))
+    return locs
+
+
+def _set(data: Any, loc: Loc, value: Any) -> None:
+    """Sets a part of data, or raises a ValueError."""
     target = data
     for i, (step, following) in enumerate(itertools.pairwise(loc)):
         if (
@@ -75,7 +88,6 @@ def _apply(data: Any, text: str) -> Loc:
     if not (isinstance(target, dict) and isinstance(loc[-1], str)):
         _member(target, loc)
     target[loc[-1]] = value
-    return loc
 
 
 def _make_mapping(target: dict[str, Any], step: str, loc: Loc) -> None:

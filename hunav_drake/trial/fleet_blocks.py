@@ -113,18 +113,17 @@ def AddFleet(
     monitor = builder.AddNamedSystem(
         "monitor",
         FleetMonitor(
-            [part.name for part in parts],
-            has_goal=[part.scenario.robot.goal is not None for part in parts],
+            [part.scenario.robot.goal is not None for part in parts],
             planner_error=PlannerStatus.ERROR,
             time_step=scenario.simulation.time_step,
         ),
     )
-    for part, own, planner in zip(parts, monitors, planners, strict=True):
-        for key, port in (
-            ("trial_status", own.GetOutputPort("trial_status")),
-            ("planner_status", planner.status),
-        ):
-            builder.Connect(port, monitor.GetInputPort(f"{part.prefix}{key}"))
+    for name, ports in (
+        ("statuses", [it.GetOutputPort("trial_status") for it in monitors]),
+        ("planner_statuses", [it.status for it in planners]),
+    ):
+        joined = JoinPorts(builder, name, ports)
+        builder.Connect(joined, monitor.GetInputPort(name))
     outputs = {
         name: monitor.GetOutputPort(name)
         for name in ("trial_status", "robot_ends")

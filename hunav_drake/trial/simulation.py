@@ -343,6 +343,25 @@ def _end_message(
             return words or parts[0]
         parts += [f"the planner: {words}"] if words else []
     recording = _recording_until_now(part, diagram, context)
+    for other in robot_parts(diagram.scenario):
+        # (Other robots may be in the way, as people.)
+        if other.name != part.name:
+            robot = _recording_until_now(other, diagram, context).robot
+            recording = dataclasses.replace(
+                recording,
+                humans=np.append(recording.humans, robot[:, None], axis=1),
+                behavior_status=None,
+                **{
+                    name: (*getattr(recording, name), value)
+                    for name, value in (
+                        ("human_names", f"robot {other.name}"),
+                        ("human_ids", max(recording.human_ids, default=0) + 1),
+                        ("behaviors", "robot"),
+                        ("group_ids", -1),
+                    )
+                },
+                **dict.fromkeys(("contacts", "wall_contact", "replay")),
+            )
     why = explain_end(recording, part.scenario)
     return "; ".join([*parts, why] if why else parts)
 

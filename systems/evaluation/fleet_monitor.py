@@ -8,6 +8,7 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     DiscreteValues,
+    InputPort,
     OutputPort,
 )
 
@@ -17,6 +18,8 @@ from hunav_drake.systems.evaluation.trial_monitor import (
     TrialStatus,
 )
 
+_RUNS = float(TrialStatus.RUNNING)
+
 
 class FleetMonitor(StepMonitor):
     """Detects the end of each robot, and of the trial when all have ended.
@@ -25,15 +28,16 @@ class FleetMonitor(StepMonitor):
 
         name: FleetMonitor
         input_ports:
-        - NAME_trial_status (for each robot)
-        - NAME_planner_status (for each robot)
+        - statuses
+        - planner_statuses
         output_ports:
         - trial_status
         - robot_ends
 
-    Ports ``NAME_trial_status`` take the `TrialStatus` of robot NAME alone, from
-    a `TrialMonitor`, and ``NAME_planner_status`` the status of its planner. The first status that is not RUNNING is the end of that robot,
-    whatever happens to it later; robots without a goal do not count.
+    Port ``statuses`` takes the `TrialStatus` of each robot alone, from a
+    `TrialMonitor`, and ``planner_statuses`` the status of each planner. The
+    first status that is not RUNNING is the end of that robot, whatever happens
+    to it later; robots without a goal do not count.
 
     Port ``trial_status`` gives RUNNING until all robots have ended, then the
     worst end: GOAL, STUCK, PLANNER_FAILED. Port ``robot_ends`` gives a row
@@ -46,17 +50,15 @@ class FleetMonitor(StepMonitor):
 
     def __init__(
         self,
-        names: Sequence[str],
-        *,
         has_goal: Sequence[bool],
+        *,
         planner_error: int,
         time_step: float = 0.05,
     ) -> None:
         """Constructs a FleetMonitor.
 
         Args:
-            names: The names of the robots.
-            has_goal: Whether each of them has a goal.
+            has_goal: Whether each robot has a goal.
             planner_error: The status of a planner that has failed.
             time_step: The period of the trial, in seconds.
 
@@ -66,21 +68,29 @@ class FleetMonitor(StepMonitor):
         super().__init__(time_step)
         self._planner_error = planner_error
         self._counts = np.array(has_goal, dtype=np.bool_)
-        declare = self.DeclareVectorInputPort
-        self._statuses = [declare(f"{it}_trial_status", 1) for it in names]
-        self._planners = [declare(f"{it}_planner_status", 1) for it in names]
-        nothing = np.tile([float(TrialStatus.RUNNING), -1.0], len(names))
+        m = len(has_goal)
+        self._statuses = self.DeclareVectorInputPort("statuses", m)
+        self._planners = self.DeclareVectorInputPort("planner_statuses", m)
+        nothing = np.tile([float(TrialStatus.RUNNING), -1.0], m)
         self._ends = self.DeclareDiscreteState(nothing)
         self._updated = self.DeclareDiscreteState([-math.inf])
         self._trial_status = self.DeclareVectorOutputPort(
             "trial_status", 1, self._CalcStatus
         )
         self._robot_ends = self.DeclareVectorOutputPort(
-            "robot_ends", 2 * len(names), self._CalcEnds
+            "robot_ends", 2 * m, self._CalcEnds
         )
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
+
+    def get_statuses_input_port(self) -> InputPort:
+        """Returns the port with the status of each robot."""
+        return self._statuses
+
+    def get_planner_statuses_input_port(self) -> InputPort:
+        """Returns the port with the status of each planner."""
+        return self._planners
 
     def get_trial_status_output_port(self) -> OutputPort:
         """Returns the port with the status of the trial."""
@@ -94,21 +104,18 @@ class FleetMonitor(StepMonitor):
         """Returns the end of each robot by now: see port ``robot_ends``."""
         ends: Array = context.get_discrete_state(self._ends).CopyToVector()
         rows = ends.reshape(-1, 2)
-        for i, row in enumerate(rows):
-            if row[0] != TrialStatus.RUNNING:
-                continue
-            (status,) = self._statuses[i].Eval(context)
-            (planner,) = self._planners[i].Eval(context)
-            if planner == self._planner_error:
-                status = TrialStatus.PLANNER_FAILED
-            if status != TrialStatus.RUNNING:
-                row[:] = status, context.get_time()
+        statuses = self._statuses.Eval(context)
+        failed = self._planners.Eval(context) == self._planner_error
+        statuses[failed] = TrialStatus.PLANNER_FAILED
+        new = (rows[:, 0] == _RUNS) & (statuses != _RUNS)
+        rows[new, 0] = statuses[new]
+        rows[new, 1] = context.get_time()
         return rows
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         statuses = self.EvalEnds(context)[self._counts, 0]
-        runs = not len(statuses) or (statuses == TrialStatus.RUNNING).any()
-        output.SetAtIndex(0, TrialStatus.RUNNING if runs else statuses.max())
+        runs = not len(statuses) or (statuses == _RUNS).any()
+        output.SetAtIndex(0, _RUNS if runs else statuses.max())
 
     def _CalcEnds(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.EvalEnds(context).ravel())

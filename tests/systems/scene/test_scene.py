@@ -507,7 +507,9 @@ def test_bounds_hold_people_robot_and_goals():
 
 def test_kinematics_alone_puts_positions_where_it_is_told():
     order = np.arange(FIGURE_SIZE)[::-1] + 3
-    dut = SceneKinematics([order], {"": [2, 1, 0]}, num_positions=FIGURE_SIZE + 3)
+    dut = SceneKinematics(
+        [order], {"": [2, 1, 0]}, num_positions=FIGURE_SIZE + 3
+    )
     context = dut.CreateDefaultContext()
     dut.get_human_states_input_port().FixValue(context, STATES[0])
     (port,) = dut.get_robot_state_input_ports()
