@@ -1,4 +1,5 @@
 import { fill, svg } from "./dom.js";
+import { paintRobot } from "./looks.js";
 import { behaviorOf, goalsOf, isPoint, isPose } from "./things.js";
 
 /**
@@ -150,7 +151,7 @@ export class RobotShape {
     this.ring = svg("circle", { class: "ring" });
     this.disc = svg("path", { class: "disc" });
     this.nose = svg("path", { class: "nose" });
-    this.name = label("name", isGoal ? "goal" : "robot");
+    this.name = label("name");
     this.badge = svg("g", { class: "badge" }, svg("circle", { r: 6 }), svg("text", { "text-anchor": "middle", y: 3.6 }, "!"));
     this.element = svg(
       "g",
@@ -164,9 +165,11 @@ export class RobotShape {
     );
   }
 
-  update(pose, radius) {
+  update(pose, radius, name, color) {
     this.pose = pose;
     this.radius = radius;
+    this.name.textContent = name;
+    paintRobot(this.element, color);
     this.element.setAttribute("transform", `translate(${pose[0]} ${pose[1]})`);
   }
 
