@@ -1,6 +1,6 @@
 import { atFrame, h, svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, robotsOf, startOf } from "./things.js";
+import { ROBOTS, boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, robotsOf, startOf } from "./things.js";
 import { ChainShape, PersonShape, RobotShape, WorldShape, outline } from "./shapes.js";
 import { lookOf, robotColor } from "./looks.js";
 import { View } from "./view.js";
@@ -16,7 +16,7 @@ import { drawHandles } from "./handles.js";
 const NONE = {};
 
 /** The layers from back to front; each is a group of the lower SVG. */
-const LAYERS = ["areas", "fixtures", "groups", "chains", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "groups", "chains", "robot-goals", "robots", "people"];
 
 /**
  * Creates the map of a store.
@@ -97,7 +97,8 @@ export function makeMap(store) {
         const key = keyOf(path);
         // A single robot has no name.
         const name = i && robots.length === 1 ? "goal" : nameOf(data, path);
-        draw(key, "robots", pose, () => new RobotShape(key, i === 1), (it) => it.update(pose, radius, name, color), [radius, name, color]);
+        // The start of a robot may be at the goal of another one.
+        draw(key, i && robot[0] === ROBOTS ? "robot-goals" : "robots", pose, () => new RobotShape(key, i === 1), (it) => it.update(pose, radius, name, color), [radius, name, color]);
       });
       return places.every(isPose) ? outline(places, false) : "";
     });
