@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake.systems.common.files import atomic_write
-from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENTS, TOPS
+from hunav_drake.systems.scene.palette import REACTION, ROBOT_ACCENT, TOPS
 
 SUFFIXES = (".gif", ".mp4", ".png")
 
@@ -116,7 +116,7 @@ def _palette(pictures: list[Image.Image]) -> Image.Image:
     board = Image.fromarray(weighed[None])
     own = board.quantize(_COLORS, method=Image.Quantize.MEDIANCUT)
     values = (own.getpalette() or [])[: 3 * _COLORS]
-    for color in (*TOPS, *ROBOT_ACCENTS, REACTION):
+    for color in (*TOPS, ROBOT_ACCENT, REACTION):
         for shade in _SHADES:
             rgb = (color.r(), color.g(), color.b())
             values += [round(255 * shade * c) for c in rgb]
