@@ -114,8 +114,8 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
     if not run.num_humans:
         return run_figures(run, "", captions, _SERIES)
     captions.append(
-        f"Share of time that {'each' if run.others else 'the'} robot spent in each proxemic zone of the"
-        " closest person."
+        f"Share of time that {'each' if run.others else 'the'} robot spent in"
+        " each proxemic zone of the closest person."
     )
     activity = make_figure(
         "activity",
@@ -137,7 +137,9 @@ def _headline(result: TrialResult) -> Table:
 def _metrics(result: TrialResult) -> list[Table]:
     """Returns a table for each family of metrics."""
     rows = MetricRows(result.metrics)
-    return split_by_family(_values(result, map(str, result.metrics.index), rows))
+    return split_by_family(
+        _values(result, map(str, result.metrics.index), rows)
+    )
 
 
 def _values(

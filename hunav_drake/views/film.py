@@ -29,7 +29,8 @@ class FilmConfig:
 
     Attributes:
         view: "perspective" (the whole scene, at an angle), "top" (from
-            above), "follow" (the robot, or the first one), or "plot" (a drawing from above).
+            above), "follow" (the robot, or the first one), or "plot" (a drawing
+            from above).
         size: Width and height, in pixels.
         fps: Pictures per second of the film.
         speed: The ratio of recorded time to time in the film.

@@ -7,12 +7,7 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
-from hunav_drake.systems.scene.palette import (
-    REACTION,
-    RECORDED,
-    TOPS,
-    accent,
-)
+from hunav_drake.systems.scene.palette import REACTION, RECORDED, TOPS, accent
 from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
@@ -75,9 +70,7 @@ class PlanView:
                 color = REACTION if reacts[i] else RECORDED
                 sign = color.rgba if reacts[i] or follows[i] else None
                 self._DrawPerson(i, row, sign)
-        for k, (name, row) in enumerate(
-            zip(trial.robots, robots, strict=True)
-        ):
+        for k, (name, row) in enumerate(zip(trial.robots, robots, strict=True)):
             self._DrawBody(row, accent(k).rgba, zorder=6)
             if name and "names" in self._shown:
                 self._DrawName(row, name)

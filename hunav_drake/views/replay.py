@@ -201,9 +201,7 @@ def _part(name: str) -> str:
 
 
 def view_bounds(
-    world: World,
-    humans: Sequence[HumanConfig] = (),
-    robot: Robots = None,
+    world: World, humans: Sequence[HumanConfig] = (), robot: Robots = None
 ) -> Bounds:
     """Returns the visible part of a world: the area of people and robot.
 

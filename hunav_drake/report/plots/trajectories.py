@@ -70,9 +70,10 @@ def plot_trajectories(
     Discs show the start positions in true size, and the star is the goal. Dots
     mark equal time steps, with the time in seconds. With several runs each
     robot has a color, and the people of the first run are thin gray lines. In
-    a single run each person has a color, and each of several robots; with more than six people each
-    behavior has one, and names are at the start positions if there is room.
-    Thick lines are recorded people whom the motion model moves.
+    a single run each person has a color, and each of several robots; with more
+    than six people each behavior has one, and names are at the start positions
+    if there is room. Thick lines are recorded people whom the motion model
+    moves.
 
     Args:
         data: One run, or several.
@@ -139,8 +140,8 @@ def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
     styles = robot_styles(len(run.robots))
     for it, style in zip(run.robots, styles, strict=True):
         _draw_start(ax, it.robot, style["color"])
-        label = shown(it.robot_name or "robot")
-        _draw_path(ax, it.robot, lw=1.8, label=label, zorder=3, **style)
+        name = shown(it.robot_name or "robot")
+        _draw_path(ax, it.robot, lw=1.8, label=name, zorder=3, **style)
         # (It stands where it ended.)
         part = it.until_end()
         labels += _mark_times(

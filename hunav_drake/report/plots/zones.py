@@ -52,7 +52,8 @@ _NARROW = 9.0
 def plot_zones(data: Runs, *, ax: Axes | None = None) -> Axes:
     """Draws the share of time in each proxemic zone of the closest person.
 
-    Each run has a bar, and each of several robots. The rest to 100 % is the time without people.
+    Each run has a bar, and each of several robots. The rest to 100 % is the
+    time without people.
 
     Args:
         data: One run, or several.
