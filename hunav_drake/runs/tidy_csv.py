@@ -1,7 +1,7 @@
 """Reads recordings from tables with a row per agent and sample."""
 
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 import csv
 import dataclasses
 import re
@@ -67,7 +67,7 @@ def parse_csv(text: str) -> Recording:
         )
     m = len(robots)
     agents = [*robots, *(it for it in given if it not in robots)]
-    _check_rows(times, sample, table["agent"])
+    _check_rows(times, sample, table["agent"], robots)
     body = table["agent"].map({name: i for i, name in enumerate(agents)})
 
     states = np.full((len(times), len(agents), STATE_SIZE), np.nan)
@@ -222,9 +222,12 @@ def _number(cell: str) -> float:
 
 
 def _check_rows(
-    times: Array, sample: NDArray[np.intp], agent: pd.Series
+    times: Array,
+    sample: NDArray[np.intp],
+    agent: pd.Series,
+    robots: Sequence[str],
 ) -> None:
-    """Checks that no agent has two rows at a time, and the robot has all."""
+    """Checks that no agent has two rows at a time, and robots have all."""
     keys = pd.DataFrame({"sample": sample, "agent": agent})
     twice = keys.duplicated()
     if twice.any():
@@ -236,11 +239,13 @@ def _check_rows(
             " already, in"
             f" line {first}"
         )
-    missing = np.setdiff1d(np.arange(len(times)), sample[agent == ROBOT])
-    if len(missing) == len(times):
-        raise ValueError(f"no row has the agent {ROBOT!r}")
-    if len(missing):
-        raise ValueError(f"{ROBOT!r} has no row for {times[missing[0]]:g} s")
+    for robot in robots:
+        missing = np.setdiff1d(np.arange(len(times)), sample[agent == robot])
+        if len(missing) == len(times):
+            raise ValueError(f"no row has the agent {robot!r}")
+        if len(missing):
+            at = times[missing[0]]
+            raise ValueError(f"{robot!r} has no row for {at:g} s")
 
 
 def _complete(times: Array, states: Array, missing: set[str]) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import copy
 import dataclasses as dc
 import functools
+from functools import partial
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
@@ -17,7 +18,7 @@ from hunav_drake.scenario.error import (
     path_text,
     suggestion,
 )
-from hunav_drake.scenario.fleet import find_of_each
+from hunav_drake.scenario.fleet import check_fleet, find_of_each
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.systems.common.old_words import TAG
@@ -134,11 +135,12 @@ def build_scenario(
     findings = [found for found in findings if not silent.meets(found.loc)]
     if scenario is None:
         return None, findings
-    for check in checks:
+    of_each: list[Check] = [partial(find_of_each, it) for it in checks]
+    for check in (check_fleet, *of_each):
         silent = _Overlap([*known, *(found.loc for found in findings)])
         findings += [
             found
-            for found in find_of_each(scenario, check)
+            for found in check(scenario)
             if not any(map(silent.meets, (found.loc, *found.uses)))
         ]
     if findings:

@@ -16,7 +16,7 @@ from hunav_drake.scenario.error import (
     shown,
     suggestion,
 )
-from hunav_drake.scenario.fleet import check_fleet, find_of_each
+from hunav_drake.scenario.fleet import find_of_each
 from hunav_drake.scenario.geometry import GEOMETRY_CHECKS, find_unseen
 from hunav_drake.scenario.population import check_areas, check_population
 from hunav_drake.scenario.reachability import check_ways
@@ -100,8 +100,8 @@ def warn_of_doubts(
     The scenario has no faults; `place` makes a fault with its place of a
     finding.
     """
-    doubts = [*find_of_each(scenario, _check_angles)]
-    doubts += find_of_each(scenario, _find_doubts)
+    doubts = [*find_of_each(_check_angles, scenario)]
+    doubts += find_of_each(_find_doubts, scenario)
     for found in doubts:
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
 
@@ -497,7 +497,6 @@ def check_bodies(scenario: Scenario) -> Iterator[Finding]:
 
 # Checks that need neither the geometry of the world nor what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
-    check_fleet,
     check_people,
     check_epsilon,
     check_jitter,

@@ -36,18 +36,23 @@ class RobotPart(NamedTuple):
 
 
 def robot_parts(scenario: Scenario) -> list[RobotPart]:
-    """Returns the robots of a scenario, in order."""
+    """Returns the robots of a scenario, in order.
+
+    A list of one robot is the same as the short form, without a name.
+    """
     if not scenario.robots:
         return [RobotPart("", scenario)]
     return [
         RobotPart(
-            member.name,
+            member.name if len(scenario.robots) > 1 else "",
             dc.replace(
                 scenario,
                 robots=[],
                 robot=member.robot,
                 planner=member.planner,
-                sensors=member.sensors,
+                sensors=member.sensors
+                if len(scenario.robots) > 1
+                else [*member.sensors, *scenario.sensors],
             ),
         )
         for member in scenario.robots
@@ -67,23 +72,23 @@ def planners_of(scenario: Scenario) -> str:
 
 def with_parts(scenario: Scenario, parts: Iterable[RobotPart]) -> Scenario:
     """Returns a scenario with changed robots: see `robot_parts`."""
-    if not scenario.robots:
+    if len(scenario.robots) < 2:
         (part,) = parts
         return part.scenario
     robots = [
         FleetMember(
-            name=name,
+            name=member.name,
             robot=alone.robot,
             planner=alone.planner,
             sensors=alone.sensors,
         )
-        for name, alone in parts
+        for member, (_, alone) in zip(scenario.robots, parts, strict=True)
     ]
     return dc.replace(scenario, robots=robots)
 
 
 def find_of_each(
-    scenario: Scenario, check: Callable[[Scenario], Iterable[Finding]]
+    check: Callable[[Scenario], Iterable[Finding]], scenario: Scenario
 ) -> Iterator[Finding]:
     """Yields what a check finds for each robot, at its place."""
     if not scenario.robots:

@@ -379,11 +379,12 @@ def AddSensors(
 
 
 def AddPerception(
-    builder: DiagramBuilder, part: RobotPart, given: Ports
+    builder: DiagramBuilder, part: RobotPart, given: Ports, everything: Ports
 ) -> Ports:
     """Adds the planner's perception of people, as "perception".
 
-    Nothing is added if the planner sees everything.
+    Nothing is added if the planner sees everything, which are the ports
+    `everything`, where they differ from those `given`.
 
     Returns:
         The ports for the planner: those `given`, with the perceived people.
@@ -399,15 +400,19 @@ def AddPerception(
     task = _sensing_task(part, given, len(part.scenario.sensors))
     system = sees.MakeSystem(task)
     if system is None:
-        return given
+        return {**given, **everything}
     CheckPorts(
         system,
         f"the perception {type(sees).__name__}",
         inputs={},
-        outputs={"visible_people": STATE_SIZE * task.num_humans},
+        outputs={
+            "visible_people": STATE_SIZE
+            * (task.num_humans + task.num_other_robots)
+        },
     )
     builder.AddNamedSystem(name, system)
-    seen = {name: given[name] for name in ("robot_state", "human_states")}
+    names = ("robot_state", "human_states", "other_robot_states")
+    seen = {name: given[name] for name in names if name in given}
     ConnectByName(builder, seen, system)
     return {**given, "human_states": system.GetOutputPort("visible_people")}
 
@@ -418,10 +423,11 @@ def _sensing_task(
     number: int,
     rendering: Rendering | None = None,
 ) -> SensingTask:
-    seen = given["human_states"]
+    others = given.get("other_robot_states")
     return SensingTask(
         world=part.scenario.world,
-        num_humans=seen.size() // STATE_SIZE if seen else 0,
+        num_humans=len(part.scenario.humans),
+        num_other_robots=others.size() // STATE_SIZE if others else 0,
         time_step=part.scenario.simulation.time_step,
         seed=part.scenario.simulation.seed,
         # (By name, so that the order of robots does not matter.)

@@ -171,9 +171,10 @@ def MakeTrialDiagram(
             "replay": humans.replay,
             "goal": AddGoal(builder, part),
         }
-        sensed = AddSensors(builder, part, scene, {**given, **around.seen})
+        given = {**given, **around.others}
+        sensed = AddSensors(builder, part, scene, given)
         given = {**given, **sensed}
-        seen = AddPerception(builder, part, {**given, **around.seen})
+        seen = AddPerception(builder, part, given, around.seen)
         own: Ports = {
             "robot_state": robot.robot_state,
             "contacts": robot.contacts,
@@ -194,9 +195,9 @@ def MakeTrialDiagram(
     outputs |= some
     if len(parts) > 1:
         outputs |= {"robot_states": robot_states}
-        bodies = [humans.human_states, *states]
         outputs |= AddFleet(
-            *(builder, full, parts, monitors, planners, scene, bodies)
+            *(builder, full, parts, monitors, planners, scene),
+            *(humans.human_states, robot_states),
         )
     # The scene shows the truth, whatever the ports of sensors are called.
     ConnectByName(builder, {**outputs, **truth}, scene.system)

@@ -46,12 +46,14 @@ class Surroundings(NamedTuple):
     """What is around a robot.
 
     Attributes:
-        seen: The port "human_states" of its sensors and its planner: people,
+        others: The port "other_robot_states", for sensors and the robot.
+        seen: The port "human_states" of a planner that sees everything: people,
             then the other robots.
-        bodies: The ports of the robot itself: "other_robots"; and for a plant
-            "human_states", people, then the kinematic robots.
+        bodies: The port "human_states" of the bodies of a plant: people, then
+            the kinematic robots.
     """
 
+    others: Ports
     seen: Ports
     bodies: Ports
 
@@ -67,7 +69,7 @@ def AddSurroundings(
     Nothing is added for a single robot.
     """
     if len(parts) == 1:
-        return [Surroundings({}, {})]
+        return [Surroundings({}, {}, {})]
     states = [robot.robot_state for robot in robots]
     kinematic = [
         robot.robot_state
@@ -76,20 +78,21 @@ def AddSurroundings(
     ]
     result = []
     for i, (part, robot) in enumerate(zip(parts, robots, strict=True)):
-        others = states[:i] + states[i + 1 :]
-        seen = JoinPorts(
-            builder, f"{part.prefix}others", [human_states, *others]
+        prefix = part.prefix
+        others = JoinPorts(
+            builder, f"{prefix}other_robot_states", states[:i] + states[i + 1 :]
         )
-        body, bodies = robot.systems[0], {}
-        if body.HasInputPort("other_robots"):
-            bodies["other_robots"] = JoinPorts(
-                builder, f"{part.prefix}other_robots", others
-            )
-        if body.HasOutputPort("desired_people_state"):
+        seen = JoinPorts(builder, f"{prefix}seen", [human_states, others])
+        bodies = {}
+        if robot.systems[0].HasOutputPort("desired_people_state"):
             bodies["human_states"] = JoinPorts(
                 builder, "bodies", [human_states, *kinematic]
             )
-        result.append(Surroundings({"human_states": seen}, bodies))
+        result.append(
+            Surroundings(
+                {"other_robot_states": others}, {"human_states": seen}, bodies
+            )
+        )
     return result
 
 
@@ -100,12 +103,13 @@ def AddFleet(
     monitors: Sequence[System],
     planners: Sequence[PlannerPorts],
     scene: ScenePorts,
-    bodies: Sequence[OutputPort],
+    human_states: OutputPort,
+    robot_states: OutputPort,
 ) -> dict[str, OutputPort]:
     """Adds what detects the end of several robots, and sensors of the world.
 
-    They are "monitor" and "sensor_" plus a name. `bodies` are the states of
-    people, and of each robot.
+    They are "monitor" and "sensor_" plus a name. The ports are the
+    states of all people, and of all robots.
 
     Returns:
         Their outputs by name.
@@ -129,8 +133,10 @@ def AddFleet(
         for name in ("trial_status", "robot_ends")
     }
     if scenario.sensors:
-        everybody = JoinPorts(builder, "everybody", bodies)
+        given = {
+            "human_states": human_states,
+            "other_robot_states": robot_states,
+        }
         fixed = RobotPart("", scenario)
-        given = {"human_states": everybody}
         outputs |= AddSensors(builder, fixed, scene, given)
     return outputs

@@ -350,17 +350,15 @@ def _end_message(
             recording = dataclasses.replace(
                 recording,
                 humans=np.append(recording.humans, robot[:, None], axis=1),
+                human_names=(*recording.human_names, f"robot {other.name}"),
+                human_ids=(),
+                behaviors=(),
+                group_ids=(),
+                # The explanation does not need these.
                 behavior_status=None,
-                **{
-                    name: (*getattr(recording, name), value)
-                    for name, value in (
-                        ("human_names", f"robot {other.name}"),
-                        ("human_ids", max(recording.human_ids, default=0) + 1),
-                        ("behaviors", "robot"),
-                        ("group_ids", -1),
-                    )
-                },
-                **dict.fromkeys(("contacts", "wall_contact", "replay")),
+                contacts=None,
+                wall_contact=None,
+                replay=None,
             )
     why = explain_end(recording, part.scenario)
     return "; ".join([*parts, why] if why else parts)

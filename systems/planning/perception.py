@@ -32,7 +32,9 @@ class PerceptionConfig(ABC):
         It is a LeafSystem or a Diagram with the inputs ``robot_state`` and
         ``human_states``, or one of them, and the output ``visible_people``: as
         many rows as ``human_states``, with the row of each person out of view
-        as `layout.OUTSIDE` defines it.
+        as `layout.OUTSIDE` defines it. Beside other robots, an optional input
+        ``other_robot_states`` takes their rows, and there are as many more rows
+        of ``visible_people``.
         """
 
 

@@ -38,7 +38,7 @@ class DifferentialDrive(LeafSystem):
         name: DifferentialDrive
         input_ports:
         - velocity_command
-        - other_robots (only with other robots)
+        - other_robot_states (only with other robots)
         output_ports:
         - robot_state
         - wall_contact
@@ -57,9 +57,9 @@ class DifferentialDrive(LeafSystem):
     a row of `layout.Contact` for all walls together: the robot is in contact
     where walls stop it, or would if they could. Forces are 0.
 
-    Port ``other_robots`` takes the rows of other robots. A step takes up at
-    most half of the gap to each of their discs, so that robots which all do so
-    never overlap.
+    Port ``other_robot_states`` takes the rows of other robots. A step takes up
+    at most half of the gap to each of their discs, so that robots which all do
+    so never overlap.
 
     The discrete state holds (x, y, yaw, v, omega), with the speed v of the
     wheels; a row of `contact_rows`; and the velocity (vx, vy) in W that walls
@@ -97,7 +97,7 @@ class DifferentialDrive(LeafSystem):
         self._others = None
         if num_others:
             self._others = self.DeclareVectorInputPort(
-                "other_robots", STATE_SIZE * num_others
+                "other_robot_states", STATE_SIZE * num_others
             )
         self._state = self.DeclareDiscreteState([*config.start, 0.0, 0.0])
         self._robot_state = self.DeclareVectorOutputPort(

@@ -123,7 +123,7 @@ class RobotConfig(ABC):
         Input ``velocity_command`` takes (v, omega), in m/s and rad/s; output
         ``robot_state`` gives the row (x, y, yaw, vx, vy, omega, radius) in W.
         An optional input ``human_states`` takes such rows of all people, and
-        an optional input ``other_robots`` those of `RobotTask.robots`. An
+        an optional input ``other_robot_states`` those of `RobotTask.robots`. An
         optional output ``contacts``, n rows of `layout.Contact`, replaces the
         contacts that a trial counts otherwise. An optional output
         ``wall_contact`` gives one such row for all walls.
@@ -146,8 +146,8 @@ class RobotConfig(ABC):
         outputs = {"robot_state": STATE_SIZE}
         CheckPorts(system, what, inputs=inputs, outputs=outputs)
         n, m = len(task.humans), len(task.robots)
-        if system.HasInputPort("other_robots"):
-            inputs["other_robots"] = STATE_SIZE * m
+        if system.HasInputPort("other_robot_states"):
+            inputs["other_robot_states"] = STATE_SIZE * m
         if system.HasInputPort("human_states"):
             inputs["human_states"] = STATE_SIZE * n
         if system.HasOutputPort("contacts"):

@@ -37,6 +37,7 @@ class SensingTask:
     Attributes:
         world: The static world.
         num_humans: The number of people.
+        num_other_robots: The number of robots besides the one with the sensor.
         time_step: The time between two updates of the trial, in seconds.
         seed: The seed of the default Context.
         number: The number of the sensor in the trial, from 0; each has
@@ -46,6 +47,7 @@ class SensingTask:
 
     world: World
     num_humans: int
+    num_other_robots: int = 0
     time_step: float = 0.05
     seed: int = 0
     number: int = 0
@@ -63,8 +65,9 @@ class SensorConfig(Mount, ABC):
 
         All inputs are optional; a trial connects them by name: ``robot_state``
         takes the row (x, y, yaw, vx, vy, omega, radius) of the robot,
-        ``human_states`` such rows of the people, ``query_object`` the geometry
-        of the scene. Its outputs become outputs of the trial.
+        ``human_states`` such rows of the people, ``other_robot_states`` those
+        of other robots, ``query_object`` the geometry of the scene. Its outputs
+        become outputs of the trial.
         """
 
     def AddToBuilder(
@@ -108,6 +111,7 @@ class LidarConfig(LidarParameters, SensorConfig):
             self,
             obstacles=task.world.obstacles_at(self.height),
             num_humans=task.num_humans,
+            num_other_robots=task.num_other_robots,
             time_step=task.time_step,
             seed=task.seed,
             number=task.number,
@@ -127,6 +131,7 @@ class VisiblePeopleConfig(VisibleParameters, SensorConfig):
             self,
             obstacles=task.world.sight_obstacles(),
             num_humans=task.num_humans,
+            num_other_robots=task.num_other_robots,
         )
 
 

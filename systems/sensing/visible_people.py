@@ -11,7 +11,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.common.arrays import Mask
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.checks import check_count
 from hunav_drake.systems.common.layout import OUTSIDE, STATE_SIZE, X, Y
 from hunav_drake.systems.sensing.ray_kernels import people_in_view
@@ -29,6 +29,7 @@ class VisiblePeople(LeafSystem):
         input_ports:
         - robot_state
         - human_states
+        - other_robot_states (only with other robots)
         output_ports:
         - visible_people
         - visible
@@ -40,9 +41,10 @@ class VisiblePeople(LeafSystem):
 
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
     robot; a detector on the ground does not need it. Port ``human_states``
-    takes n such rows of the people. Port ``visible`` gives 1 for each person in
-    view, else 0. Port ``visible_people`` gives the rows in the order of
-    ``human_states``; the row of a person out of view has the coordinates
+    takes n such rows of the people, and ``other_robot_states`` m rows of
+    further robots, which count as people n + 1, ... Port ``visible`` gives 1
+    for each person in view, else 0. Port ``visible_people`` gives the rows in
+    the order of the inputs; the row of a person out of view has the coordinates
     `layout.OUTSIDE` (10^6 m, beyond any world), zero velocity, yaw 0 and radius
     0. All in W, in SI units.
 
@@ -55,36 +57,44 @@ class VisiblePeople(LeafSystem):
         *,
         obstacles: Obstacles | None = None,
         num_humans: int,
+        num_other_robots: int = 0,
     ) -> None:
         """Constructs a VisiblePeople.
 
         `obstacles` occlude people, such as walls; none by default.
 
         Raises:
-            ValueError: If ``num_humans`` is negative.
+            ValueError: If ``num_humans`` or ``num_other_robots`` is negative.
         """
         super().__init__()
         self._config = config or VisibleParameters()
         if obstacles is None:
             obstacles = Obstacles.from_shapes([], solid=[])
         self._walls = obstacles.table
-        self._num_humans = check_count("num_humans", num_humans)
+        num_humans = check_count("num_humans", num_humans)
+        num_others = check_count("num_other_robots", num_other_robots)
+        self._num_bodies = num_humans + num_others
         self._robot_state = self.DeclareVectorInputPort(
             "robot_state", STATE_SIZE
         )
         self._human_states = self.DeclareVectorInputPort(
-            "human_states", self._num_humans * STATE_SIZE
+            "human_states", num_humans * STATE_SIZE
         )
+        self._others = None
+        if num_others:
+            self._others = self.DeclareVectorInputPort(
+                "other_robot_states", num_others * STATE_SIZE
+            )
         inputs = {self.all_input_ports_ticket()}
         self._visible = self.DeclareVectorOutputPort(
             "visible",
-            self._num_humans,
+            self._num_bodies,
             self._CalcVisible,
             prerequisites_of_calc=inputs,
         )
         self._visible_people = self.DeclareVectorOutputPort(
             "visible_people",
-            self._num_humans * STATE_SIZE,
+            self._num_bodies * STATE_SIZE,
             self._CalcVisiblePeople,
             prerequisites_of_calc=inputs,
         )
@@ -116,20 +126,30 @@ class VisiblePeople(LeafSystem):
             # A full turn has no edges.
             min(config.field_of_view + 1e-9, 2 * math.pi + 1e-6),
             config.hidden_by_people,
-            self._human_states.Eval(context),
+            self._Bodies(context),
             self._walls,
         )
         return view
 
+    def _Bodies(self, context: Context) -> Array:
+        """Returns the rows of people, then of other robots, in one vector."""
+        if self._others is None:
+            people: Array = self._human_states.Eval(context)
+            return people
+        others: Array = self._others.Eval(context)
+        if self._num_bodies * STATE_SIZE == len(others):
+            return others
+        return np.append(self._human_states.Eval(context), others)
+
     def _CalcVisible(self, context: Context, output: BasicVector) -> None:
-        if self._num_humans:
+        if self._num_bodies:
             output.SetFromVector(self._Look(context).astype(float))
 
     def _CalcVisiblePeople(self, context: Context, output: BasicVector) -> None:
-        if not self._num_humans:
+        if not self._num_bodies:
             return
         seen = self._visible.Eval(context) > 0
-        rows = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
+        rows = self._Bodies(context).reshape(-1, STATE_SIZE)
         unseen = np.zeros_like(rows)
         unseen[:, [X, Y]] = OUTSIDE
         output.SetFromVector(np.where(seen[:, None], rows, unseen).ravel())

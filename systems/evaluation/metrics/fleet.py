@@ -39,7 +39,13 @@ def _gaps(recording: Recording) -> Array:
     return np.array(gaps).reshape(-1, len(recording))
 
 
-@_metric(unit="m", direction="higher", source="hunav_drake", reduce=np.nanmin)
+@register_metric(
+    unit="m",
+    family=FLEET_FAMILY,
+    direction="higher",
+    source="hunav_drake",
+    reduce=np.fmin.reduce,
+)
 def min_dist_between_robots(recording: Recording) -> Array:
     """The smallest gap between the discs of two robots.
 

@@ -30,6 +30,7 @@ FAMILIES = {
     "proxemics",
     "collisions",
     "contacts",
+    "fleet",
     "speeds",
     "forces",
     "efficiency",
