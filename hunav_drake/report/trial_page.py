@@ -22,7 +22,7 @@ from hunav_drake.report.tables import (
     split_by_family,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import headline_of, is_built_in, unit_of
@@ -33,7 +33,10 @@ _SERIES = 2.3
 
 # Metrics that do not depend on people, so they are equal for all behaviors.
 # For metrics of users, this is unknown.
-_ROBOT_FAMILIES = ("path", "goal", "efficiency", "smoothness", "clearance")
+_ROBOT_FAMILIES = (
+    *("path", "goal", "efficiency", "smoothness", "clearance"),
+    FLEET_FAMILY,
+)
 _ROBOT_METRICS = (
     "time_not_moving",
     "avg_robot_linear_speed",
