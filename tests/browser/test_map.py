@@ -82,6 +82,7 @@ def test_robots_are_added_moved_named_and_removed(open_editor):
     editor.wait(lambda it: len(at(it.data, ["robots"]) or ()) == 2)
     assert "robot" not in editor.session.data
     assert at(editor.session.data, ["robots", 0, "name"]) == "robot_1"
+    assert "# who comes first" in editor.session.text
     editor.part("robots/1/robot/goal").wait_for()
     start = at(editor.session.data, ["robots", 1, "robot", "start"])
     editor.drag(start[:2], (1, 1))

@@ -160,7 +160,8 @@ class YamlWriter:
         for key in gone:
             self._remove_entry(node, list(pairs.values()), pairs[key])
         if added:
-            self._add_entries(node, added)
+            kept = [it for it in node.value if it[0].value not in gone]
+            self._add_entries(node, kept[-1], added)
 
     def _remove_entry(
         self, node: Any, pairs: Sequence[tuple[Any, Any]], pair: Any
@@ -180,10 +181,12 @@ class YamlWriter:
             raise UnknownPlaceError
         self._add(start, layout.start(following[0][0]), "")
 
-    def _add_entries(self, node: Any, added: dict[str, Any]) -> None:
+    def _add_entries(
+        self, node: Any, last: tuple[Any, Any], added: dict[str, Any]
+    ) -> None:
+        """Adds entries to a mapping, after the last one that stays."""
         layout = self._layout
         column = node.value[0][0].start_mark.column
-        last = node.value[-1]
         end = max(layout.end(last[1]), layout.end(last[0]) + 1)
         if layout.has_rest(end):
             raise UnknownPlaceError

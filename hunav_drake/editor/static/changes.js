@@ -94,11 +94,11 @@ export function copied(data, paths) {
 export function duplicateOps(data, parts, dx, dy) {
   const { ops, paths, after } = addOps(data, parts);
   const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));
-  return { ops: [...ops, ...moves], paths: paths.map(onMap) };
+  return { ops: [...ops, ...moves], paths: paths.map(selectable) };
 }
 
 /** Returns the path that is selected for a part. */
-export const onMap = (path) => (path[0] === ROBOTS ? startOf([...path, ROBOT]) : path);
+export const selectable = (path) => (path[0] === ROBOTS ? startOf([...path, ROBOT]) : path);
 
 /**
  * Returns the operations that add a robot like the last one, beside it, and its

@@ -1,6 +1,6 @@
 import { applied, keyOf, round, valueAt } from "./data.js";
 import { goalsOf, headingOf, isOnMap, isPerson, isPoint, moveOps, nameOf, outlinesAfter, personPath, placeOf, turnOps } from "./things.js";
-import { addOps, copied, deleteOps, duplicateOps, groupOps, onMap, withStart, wordsFor } from "./changes.js";
+import { addOps, copied, deleteOps, duplicateOps, groupOps, selectable, withStart, wordsFor } from "./changes.js";
 import { partsOf } from "./outline.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -231,6 +231,6 @@ export function addKeys(store, map, tools, gestures, root) {
     const [dx, dy] = near ? [0.5, -0.5] : [round(x - mean(0)), round(y - mean(1))];
     const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));
     store.edit(`Paste ${parts.length === 1 ? nameOf(applied(after, []), paths[0]) : `${parts.length} parts`}`, [...ops, ...moves]);
-    store.select(paths.map(onMap));
+    store.select(paths.map(selectable));
   });
 }

@@ -261,6 +261,16 @@ def test_a_moved_item_takes_its_comments_along():
     assert new.index("# Ana walks.") > new.index("- 0   # yaw")
 
 
+def test_a_new_key_takes_the_place_of_the_last_one():
+    text = "a: 1   # one\nrobot: {start: [1, 2, 0]}   # gone\n"
+    document = parse_yaml(text, name="data")
+    patch = patch_yaml(
+        text, document, document.plain(), {"a": 1, "robots": [{"name": "b"}]}
+    )
+    assert patch.text == "a: 1   # one\nrobots:\n  - name: b\n"
+    assert patch.rewritten is None
+
+
 def test_all_goals_go():
     new = _patched(TEXT, ("set", ("humans", 0, "goals"), []))
     assert "    goals: []\n    behavior" in new
