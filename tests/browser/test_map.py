@@ -89,6 +89,7 @@ def test_robots_are_added_moved_named_and_removed(open_editor):
     editor.wait(
         lambda it: near(at(it.data, ["robots", 1, "robot", "start"]), (1, 1, 0))
     )
+    editor.settle()
     name = editor.field("name").locator("input")
     name.fill("bob")
     name.press("Tab")
