@@ -100,8 +100,12 @@ def test_robots_are_added_moved_named_and_removed(open_editor):
     editor.wait(lambda it: len(it.data["robots"]) == 3)
     assert at(editor.session.data, ["robots", 2, "name"]) == "bob_2"
     editor.focus_map()
+    editor.press("Control+c", "Control+v")
+    editor.wait(lambda it: len(it.data["robots"]) == 4)
+    starts = [it["robot"]["start"] for it in editor.session.data["robots"]]
+    assert starts[3] != starts[2]
     editor.press("Delete")
-    editor.wait(lambda it: len(it.data["robots"]) == 2)
+    editor.wait(lambda it: len(it.data["robots"]) == 3)
     # One robot stays.
     editor.press("Control+a", "Delete")
     editor.wait(lambda it: len(it.data["robots"]) == 1)

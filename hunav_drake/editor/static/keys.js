@@ -223,7 +223,7 @@ export function addKeys(store, map, tools, gestures, root) {
     if (!Array.isArray(parts) || !parts.every((it) => Array.isArray(it?.list))) return;
     event.preventDefault();
     const { paths, after, ops } = addOps(store.data, parts);
-    const places = paths.map((it) => placeOf(after, {}, it)).filter(isPoint);
+    const places = paths.map((it) => placeOf(after, {}, selectable(it))).filter(isPoint);
     const [x, y] = map.view.middle;
     const mean = (axis) => places.reduce((sum, it) => sum + it[axis], 0) / (places.length || 1);
     // Near the original if it is visible, else in the middle.
