@@ -6,9 +6,11 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.world.furniture import FURNITURE
 
-# The metrics of trials without recorded people.
+# The metrics of trials with one robot and without recorded people.
 COMMON_METRICS = {
-    name: it for name, it in METRICS.items() if it.family != "replay"
+    name: it
+    for name, it in METRICS.items()
+    if it.family not in ("replay", "fleet")
 }
 
 
