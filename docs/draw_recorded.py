@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from hunav_drake import LoadScenario, RunTrial, TrialResult
+from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.views.film_files import write_film
@@ -71,7 +72,7 @@ def pictures(results: list[TrialResult]):
             recording=result.recording,
             world=scenario.world,
             humans=draw_people(scenario),
-            robot=scenario.robot,
+            robots=robots_of(scenario),
             scene=scenario.scene,
         )
         views.append(PlanView(trial, ["walked", "reactions"], SIZE))

@@ -17,6 +17,7 @@ from hunav_drake.scenario.checks import (
     check_times,
 )
 from hunav_drake.scenario.error import Finding, Loc
+from hunav_drake.scenario.fleet import check_fleet
 from hunav_drake.scenario.geometry import (
     check_places,
     check_walls,
@@ -108,6 +109,7 @@ def _without_models(check: Check) -> Check:
 DEFERRED = (PLANNERS, MOTION_MODELS)
 
 FAST_CHECKS: tuple[Check, ...] = (
+    check_fleet,
     check_people,
     check_epsilon,
     check_jitter,

@@ -84,7 +84,8 @@ def radius_at(loc: Loc, data: Any) -> float:
     """Returns the radius of a body by its path, in meters; 0 for a goal."""
     if len(loc) > 2 and loc[2] == "goals":
         return 0.0
-    holder: Iterable[Any] = loc[:2] if loc[0] == "humans" else loc[:1]
+    depth = {"humans": 2, "robots": 3}.get(str(loc[0]), 1)
+    holder: Iterable[Any] = loc[:depth]
     radius = get(data, (*holder, "radius"))
     is_number = type(radius) in (int, float) and 0 < radius < 100
     return float(radius) if is_number else _RADIUS

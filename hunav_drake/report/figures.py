@@ -6,7 +6,7 @@ import re
 from typing import NamedTuple
 import warnings
 
-from hunav_drake.report.plots.runs import Runs, recordings
+from hunav_drake.report.plots.runs import Runs, recordings, robots_apart
 from hunav_drake.report.plots.series import (
     plot_distance_to_people,
     plot_robot_speed,
@@ -80,7 +80,10 @@ def run_figures(
         captions: The captions; with fewer captions, the last plots are omitted.
         height: The height of plots over time, in inches.
     """
-    count = len(recordings(runs))
+    given = recordings(runs)
+    count = len(robots_apart(given))
+    # The legend of many robots needs room.
+    height += 0.1 * (count - len(given))
     plots: list[tuple[str, Callable[..., object], float, str]] = [
         (
             "trajectories",

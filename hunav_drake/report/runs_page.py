@@ -305,9 +305,12 @@ def _examples(
     # The first runs of a single contender are shown. Runs with the same path
     # of the robot would hide each other.
     rows: dict[bytes, tuple[Any, Recording]] = {}
+    lines = 0
     for i in chosen.index if len(chosen) > 1 else runs.index:
-        if len(rows) < _MOST_LINES and (run := many.recording(i)) is not None:
-            rows.setdefault(run.robot.tobytes(), (i, run))
+        if lines < _MOST_LINES and (run := many.recording(i)) is not None:
+            paths = b"".join(it.robot.tobytes() for it in run.robots)
+            lines += len(run.robots) * (paths not in rows)
+            rows.setdefault(paths, (i, run))
     if not rows:
         return {"examples": [], "replays": replays}
     shown = runs.loc[[i for i, _ in rows.values()]]
@@ -323,8 +326,8 @@ def _examples(
     which = ", ".join(
         dict.fromkeys(f"seed {s if s != '' else '?'}" for s in shown["seed"])
     )
-    if len(chosen) > len(rows) == _MOST_LINES:
-        which += f", the first {_MOST_LINES} of {len(chosen)} planners"
+    if len(chosen) > len(rows) and lines >= _MOST_LINES:
+        which += f", the first {len(rows)} of {len(chosen)} planners"
     captions = (
         f"Trajectories of the robot and of the people ({which})."
         if len(recordings) == 1

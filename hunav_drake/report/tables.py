@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from hunav_drake.runs.outcomes import GOAL, why_not_goal
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.metric_facts import direction_of, family_of
 from hunav_drake.trial.quantity_text import number_text, superscript, unit_text
@@ -112,8 +113,8 @@ class MetricRows:
 def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
     """Returns the name of a metric with its direction and definition."""
     definition = ""
-    if name in METRICS:
-        first = METRICS[name].definition.split("\n\n")[0]
+    if (metric := METRICS.get(base_name(name))) is not None:
+        first = metric.definition.split("\n\n")[0]
         definition = " ".join(first.split())
     arrow = _ARROWS.get(direction_of(metrics, name), "")
     return Metric(name, arrow, definition)

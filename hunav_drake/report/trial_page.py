@@ -1,5 +1,6 @@
 """The content of a report on one trial."""
 
+from collections.abc import Iterable
 import math
 from typing import Any
 
@@ -20,7 +21,10 @@ from hunav_drake.report.tables import (
     provenance_table,
     split_by_family,
 )
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
+from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import headline_of, is_built_in, unit_of
 from hunav_drake.trial.result import TrialResult, run_facts
 
@@ -29,7 +33,10 @@ _SERIES = 2.3
 
 # Metrics that do not depend on people, so they are equal for all behaviors.
 # For metrics of users, this is unknown.
-_ROBOT_FAMILIES = ("path", "goal", "efficiency", "smoothness", "clearance")
+_ROBOT_FAMILIES = (
+    *("path", "goal", "efficiency", "smoothness", "clearance"),
+    FLEET_FAMILY,
+)
 _ROBOT_METRICS = (
     "time_not_moving",
     "avg_robot_linear_speed",
@@ -59,7 +66,10 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
         "ending": {
             "reason": result.end_reason,
             "time": time,
-            "message": message[:1].upper() + message[1:],
+            # (It may begin with the name of a robot.)
+            "message": message
+            if result.robot_ends
+            else message[:1].upper() + message[1:],
         },
         "headline": _headline(result),
         "contents": [
@@ -84,24 +94,36 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
 
 def _figures(result: TrialResult) -> list[ReportFigure]:
     run = result.recording
-    captions = [
-        "Trajectories of the robot and the people. Discs show the start"
+    trajectories = (
+        "Trajectories of the robots and the people. Discs show the start"
+        " positions in true size, stars are the goals, and dots and numbers"
+        " mark the time in seconds."
+        if run.others
+        else "Trajectories of the robot and the people. Discs show the start"
         " positions in true size, the star is the goal (if there is one), and"
-        " dots and numbers mark the time in seconds.",
+        " dots and numbers mark the time in seconds."
+    )
+    captions = [
+        trajectories,
         "Distance to the closest person, from surface to surface. The bands"
         " are the proxemic zones around a person; a triangle marks the closest"
         f" point of each approach within {NEAR:g} m.",
-        f"Forward speed of the robot. Shaded: a person is within {NEAR:g} m.",
+        f"Forward speed of the robots. Strips mark when a person is within"
+        f" {NEAR:g} m."
+        if run.others
+        else f"Forward speed of the robot. Shaded: a person is within {NEAR:g}"
+        " m.",
     ]
     if not run.num_humans:
         return run_figures(run, "", captions, _SERIES)
     captions.append(
-        "Share of time that the robot spent in each proxemic zone of the"
-        " closest person."
+        f"Share of time that {'each' if run.others else 'the'} robot spent in"
+        " each proxemic zone of the closest person."
     )
     activity = make_figure(
         "activity",
-        "Timeline of people's reactions to the robot. Each row is a person,"
+        f"Timeline of people's reactions to the robot{'s' * bool(run.others)}."
+        " Each row is a person,"
         " colored by behavior while the person reacts.",
         (COLUMN, activity_height(run.num_humans)),
         lambda ax: plot_behavior_activity(run, ax=ax),
@@ -112,29 +134,42 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
 def _headline(result: TrialResult) -> Table:
     """Returns the table of headline metrics."""
     rows = MetricRows(result.metrics, by_family=False)
-    for name in headline_of(result.metrics):
-        unit = unit_of(result.metrics, name)
-        rows.add(name, [number(float(result.metrics[name]), unit)], unit)
-    return Table([], rows.groups, numbers=[1])
+    return _values(result, headline_of(result.metrics), rows)
 
 
 def _metrics(result: TrialResult) -> list[Table]:
     """Returns a table for each family of metrics."""
     rows = MetricRows(result.metrics)
-    for name, value in result.metrics.items():
-        unit = unit_of(result.metrics, str(name))
-        rows.add(str(name), [number(float(value), unit)], unit)
-    return [
-        Table([], {"": own}, numbers=[1], caption=family)
-        for family, own in rows.groups.items()
-    ]
+    return split_by_family(
+        _values(result, map(str, result.metrics.index), rows)
+    )
+
+
+def _values(
+    result: TrialResult, names: Iterable[str], rows: MetricRows
+) -> Table:
+    """Returns a row for each metric; several robots have a column each."""
+    metrics, robots = result.metrics, []
+    if result.recording.others:
+        robots = [it.robot_name for it in result.recording.robots]
+        names = dict.fromkeys(map(base_name, names))
+    for name in names:
+        columns = [*(f"{robot}.{name}" for robot in robots), name]
+        units = [unit_of(metrics, it) for it in columns if it in metrics]
+        cells: list[Cell] = [
+            number(float(metrics[it]), units[0]) if it in metrics else ""
+            for it in columns
+        ]
+        rows.add(name, cells, units[0])
+    head = ["metric", *robots, "all robots", "unit"] if robots else []
+    return Table(head, rows.groups, numbers=range(1, len(robots) + 2))
 
 
 def _people(result: TrialResult) -> Table | None:
     run = result.recording
     if not run.num_humans:
         return None
-    gaps = run.features.gaps
+    gaps = _gaps(run)
     active = np.asarray(run.behavior_status) != 0
     # Each sample covers the time until the next one.
     intervals = np.append(run.features.intervals, 0.0)
@@ -164,6 +199,15 @@ def _people(result: TrialResult) -> Table | None:
     return Table(head, {"": rows}, numbers=[2, 3, 4, 5])
 
 
+def _gaps(run: Recording) -> Array:
+    """Returns the gap of each person to the closest robot before its end."""
+    rows: Array = np.full((len(run), run.num_humans), np.nan)
+    for it in run.robots:
+        part = it.until_end().features.gaps
+        rows[: len(part)] = np.fmin(rows[: len(part)], part)
+    return rows
+
+
 def _by_behavior(result: TrialResult) -> Table | None:
     by_behavior = result.by_behavior
     if len(by_behavior) < 2:
@@ -185,6 +229,7 @@ def _by_behavior(result: TrialResult) -> Table | None:
 
 def is_about_robot_alone(name: str) -> bool:
     """Returns whether a metric does not depend on any person."""
+    name = base_name(name)
     return is_built_in(name) and (
         METRICS[name].family in _ROBOT_FAMILIES or name in _ROBOT_METRICS
     )

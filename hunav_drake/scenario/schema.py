@@ -12,7 +12,13 @@ from pydantic import AfterValidator, Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.plain_errors import plain_errors
-from hunav_drake.systems.common.schema import CONFIG, FileName, Integer, within
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    FileName,
+    Integer,
+    Name,
+    within,
+)
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
@@ -74,7 +80,7 @@ def _robot_name(name: str) -> str:
 class FleetMember:
     """One of several robots, with its planner and its sensors."""
 
-    name: Annotated[StrictStr, AfterValidator(_robot_name)]
+    name: Annotated[Name, AfterValidator(_robot_name)]
     """Name of the robot: the prefix of its ports, systems and metrics."""
 
     robot: Annotated[RobotConfig, ROBOTS] = field(default_factory=ROBOTS.make)

@@ -29,7 +29,8 @@ class FilmConfig:
 
     Attributes:
         view: "perspective" (the whole scene, at an angle), "top" (from
-            above), "follow" (the robot), or "plot" (a drawing from above).
+            above), "follow" (the robot, or the first one), or "plot" (a drawing
+            from above).
         size: Width and height, in pixels.
         fps: Pictures per second of the film.
         speed: The ratio of recorded time to time in the film.
@@ -82,7 +83,11 @@ def RenderFilm(
     _check_numbers(config)
     trial = LoadRecordedTrial(Path(run))
     # A drawing shows only outlines.
-    unseen = find_unseen(trial.world, trial.robot)
+    unseen = (
+        it
+        for robot in trial.robots.values()
+        for it in find_unseen(trial.world, robot)
+    )
     for loc, fault in () if config.view == "plot" else unseen:
         raise ValueError(
             f"{run}: {path_text(None, loc)}: no film can show it: {fault};"

@@ -10,14 +10,19 @@ from pydrake.geometry import Rgba
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.scene.meshes import circle
-from hunav_drake.systems.scene.overlays.tags import TAG_Z, tag_picture, tag_text
+from hunav_drake.systems.scene.overlays.tags import (
+    ROBOT_TAG_Z,
+    TAG_Z,
+    tag_picture,
+    tag_text,
+)
 from hunav_drake.systems.scene.palette import (
     BODY_DISC,
     PROXEMIC_RINGS,
     REACTION,
     RECORDED,
-    ROBOT_ACCENT,
     TOPS,
+    accent,
 )
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
@@ -98,15 +103,13 @@ class FilmOverlays:
             for goal in human.goals:
                 place = np.array(goal[:2])
                 floor.Fill(place + circle(0.1, 24), TOPS[i % len(TOPS)])
-        robot = self._trial.robot
-        if robot.goal is None:
-            return
-        place, r = np.array(robot.goal[:2]), robot.radius
-        floor.Band(place, 0.84 * r, r, ROBOT_ACCENT)
-        head = r * np.array(
-            [[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]]
-        )
-        floor.Fill(turned(head, robot.goal), ROBOT_ACCENT)
+        head = np.array([[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]])
+        for k, robot in enumerate(self._trial.robots.values()):
+            if robot.goal is None:
+                continue
+            place, r = np.array(robot.goal[:2]), robot.radius
+            floor.Band(place, 0.84 * r, r, accent(k))
+            floor.Fill(turned(r * head, robot.goal), accent(k))
 
     def _DrawWalked(self, floor: "_FloorLayer", shot: Shot) -> None:
         ages = np.arange(0.0, WALKED_TIME, _WALKED_STEP)
@@ -116,11 +119,11 @@ class FilmOverlays:
             return
         states = [self._trial.States(shot.time - age) for age in ages]
         rows = np.stack(
-            [np.vstack([humans, robot]) for humans, robot in states]
+            [np.vstack([humans, robots]) for humans, robots in states]
         )
         n = len(self._trial.humans)
-        for i in range(n + 1):
-            color = ROBOT_ACCENT if i == n else TOPS[i % len(TOPS)]
+        for i in range(rows.shape[1]):
+            color = TOPS[i % len(TOPS)] if i < n else accent(i - n)
             places = rows[:, i, [X, Y]]
             for k in range(len(ages) - 1):
                 rest = 1.0 - ages[k] / WALKED_TIME
@@ -130,26 +133,31 @@ class FilmOverlays:
     def _DrawNames(
         self, picture: Image.Image, shot: Shot, reacts: Mask
     ) -> None:
-        humans = shot.humans
-        if not len(humans):
-            return
-        tops = np.column_stack([humans[:, [X, Y]], np.full(len(humans), TAG_Z)])
+        humans, n = shot.humans, len(shot.humans)
+        # Only several robots have names.
+        robots = [it for it in self._trial.robots if it]
+        rows = np.vstack([humans, shot.robots[: len(robots)]])
+        heights = [TAG_Z] * n + [ROBOT_TAG_Z] * len(robots)
+        tops = np.column_stack([rows[:, [X, Y]], heights])
         pixels, depth = shot.camera.Project(tops)
         letters = max(round(_TAG_LETTERS * picture.height), _SMALLEST_LETTERS)
         speed = np.hypot(humans[:, VX], humans[:, VY])
         taken: list[tuple[int, int, int, int]] = []
-        # The tag of the nearest person is placed first.
+        # The nearest tag is placed first.
         for i in np.argsort(depth):
             if not np.isfinite(pixels[i]).all():
                 continue
-            human = self._trial.humans[i]
-            activity = "stands" if speed[i] < STANDING_SPEED else ""
-            text = tag_text(
-                human.name,
-                human.behavior_name,
-                "reacts" if reacts[i] else activity,
-            )
-            sign = bool(reacts[i]) and "reactions" in self._shown
+            if i < n:
+                human = self._trial.humans[i]
+                activity = "stands" if speed[i] < STANDING_SPEED else ""
+                text = tag_text(
+                    human.name,
+                    human.behavior_name,
+                    "reacts" if reacts[i] else activity,
+                )
+                sign = bool(reacts[i]) and "reactions" in self._shown
+            else:
+                text, sign = tag_text(robots[i - n], ""), False
             tag = tag_picture(text, sign, letters)
             x, y = pixels[i]
             left, top = round(x - tag.width / 2), round(y - tag.height)

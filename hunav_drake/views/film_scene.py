@@ -22,7 +22,7 @@ from pydrake.systems.sensors import CameraInfo
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.scene import AddScene
-from hunav_drake.systems.scene.bounds import Bounds, view_axes
+from hunav_drake.systems.scene.bounds import Bounds, port_of, view_axes
 from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.views.camera import (
     Camera,
@@ -61,7 +61,7 @@ class Shot:
         floor: Shape (height, width): whether a pixel shows the floor.
         camera: The camera.
         humans: Shape (n, 7): the states of people.
-        robot: Shape (7,): the state of the robot.
+        robots: Shape (m, 7): the states of the robots.
         time: In seconds, on the clock of the recording.
     """
 
@@ -69,7 +69,7 @@ class Shot:
     floor: Mask
     camera: Camera
     humans: Array
-    robot: Array
+    robots: Array
     time: float
 
 
@@ -100,7 +100,7 @@ class FilmScene:
         self._trial = trial
         self._view = view
         self._size = size
-        self._bounds = view_bounds(trial.world, trial.humans, trial.robot)
+        self._bounds = view_bounds(trial.world, trial.humans, trial.robots)
         # Several steps per frame, if frames are too far apart for a gait.
         self._parts = max(math.ceil(step / 0.1), 1)
         self._step = step / self._parts
@@ -112,7 +112,7 @@ class FilmScene:
             builder,
             trial.world,
             trial.humans,
-            trial.robot,
+            trial.robots,
             time_step=self._step,
         )
         ShowCut(scene.plant, scene.scene_graph)
@@ -121,7 +121,9 @@ class FilmScene:
         )
         self._frame = scene.scene_graph.world_frame_id()
         builder.ExportInput(scene.human_states, "human_states")
-        builder.ExportInput(scene.robot_state, "robot_state")
+        self._ports = [port_of(it, "robot_state") for it in trial.robots]
+        for port in self._ports:
+            builder.ExportInput(scene.system.GetInputPort(port), port)
         builder.ExportOutput(scene.query_object, "query")
         self._diagram = builder.Build()
         self._simulator = Simulator(self._diagram)
@@ -136,8 +138,8 @@ class FilmScene:
                 self._Advance(k - self._parts + i + 1)
         self._pictures += 1
         time = self._start + k * self._step
-        humans, robot = self._trial.States(time)
-        camera = self._Camera(robot)
+        humans, robots = self._trial.States(time)
+        camera = self._Camera(robots[0])
         core = RenderCameraCore(
             _RENDERER,
             CameraInfo(*self._size, FIELD_OF_VIEW),
@@ -159,15 +161,16 @@ class FilmScene:
         with np.errstate(invalid="ignore"):
             floor = np.abs(far - camera.FloorDepth()) < slack
         image = np.array(color.data[..., :3])
-        return Shot(image, floor, camera, humans, robot, time)
+        return Shot(image, floor, camera, humans, robots, time)
 
     def _Advance(self, k: int) -> None:
         """Advances to the k-th step."""
-        humans, robot = self._trial.States(self._start + k * self._step)
+        humans, robots = self._trial.States(self._start + k * self._step)
         context = self._simulator.get_mutable_context()
         fix = self._diagram.GetInputPort
         fix("human_states").FixValue(context, humans.ravel())
-        fix("robot_state").FixValue(context, robot)
+        for port, robot in zip(self._ports, robots, strict=True):
+            fix(port).FixValue(context, robot)
         self._simulator.AdvanceTo(k * self._step)
 
     def _Camera(self, robot: Array) -> Camera:

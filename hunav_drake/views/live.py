@@ -9,9 +9,10 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake.scenario import draw_people
+from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.layout import X, Y
-from hunav_drake.systems.scene.bounds import view_axes
+from hunav_drake.systems.scene.bounds import port_of, view_axes
 from hunav_drake.systems.scene.overlays.board import Board
 from hunav_drake.systems.scene.scene import figure_names
 from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS
@@ -23,7 +24,7 @@ PAUSE, RESTART, VIEW = "Pause / go on", "Restart", "Next view"
 SPEED, CLOCK = "speed", "time [s]"
 _SHOW = "Show / hide: "
 
-_VIEWS = ("overview", "top", "follow")
+_OVERVIEW, _TOP = -2, -1
 
 # The period of checks for clicks, in seconds.
 _POLL = 0.05
@@ -51,13 +52,17 @@ class LiveControls:
         """Adds the controls to the page of a trial and its diagram."""
         self._meshcat = meshcat
         self._scenario = scenario
-        self._robot_state = diagram.GetOutputPort("robot_state")
+        self._robots = robots_of(scenario)
+        ports = [port_of(it, "robot_state") for it in self._robots]
+        self._robot_states = [diagram.GetOutputPort(it) for it in ports]
         self._humans = draw_people(scenario)
-        names = figure_names(self._humans)
-        world, robot = scenario.world, scenario.robot
-        self._board = Board(meshcat, world, self._humans, names, robot)
+        names = figure_names(self._humans, self._robots)
+        self._board = Board(
+            meshcat, scenario.world, self._humans, names, self._robots
+        )
         self._clicks: dict[str, int] = {}
-        self._view = 0
+        # The number of the robot that the view follows, or one of the above.
+        self._view = _OVERVIEW
         self._speed = 1.0
         self._told = math.nan
         meshcat.AddButton(PAUSE, "Space")
@@ -68,10 +73,16 @@ class LiveControls:
         meshcat.AddSlider(CLOCK, 0.0, duration, 0.1, 0.0)
         # The clock has a slider; a scan needs a lidar, and a costmap a planner
         # with costmaps.
-        missing = {"clock"}
-        if not diagram.GetSubsystemByName("scene").HasInputPort("scan"):
-            missing.add("scan")
-        missing |= {it for it in COSTMAPS if not diagram.HasOutputPort(it)}
+        scene = diagram.GetSubsystemByName("scene")
+        has = {
+            "scan": scene.HasInputPort,
+            **dict.fromkeys(COSTMAPS, diagram.HasOutputPort),
+        }
+        missing = {"clock"} | {
+            overlay
+            for overlay, has_port in has.items()
+            if not any(has_port(port_of(it, overlay)) for it in self._robots)
+        }
         self._switched = [it for it in OVERLAYS if it not in missing]
         for overlay in self._switched:
             meshcat.AddButton(_SHOW + overlay)
@@ -112,7 +123,7 @@ class LiveControls:
         if round(seconds / _CLOCK_STEP) * _CLOCK_STEP != self._told:
             self._told = round(seconds / _CLOCK_STEP) * _CLOCK_STEP
             self._meshcat.SetSliderValue(CLOCK, self._told)
-        if _VIEWS[self._view] == "follow":
+        if self._view >= 0:
             self._SetView(context)
         return True
 
@@ -127,7 +138,9 @@ class LiveControls:
         if self._Clicked(PAUSE):
             self._paused = not self._paused
         if self._Clicked(VIEW):
-            self._view = (self._view + 1) % len(_VIEWS)
+            self._view += 1
+            if self._view == len(self._robots):
+                self._view = _OVERVIEW
             self._SetView(context)
         for overlay in self._switched:
             if self._Clicked(_SHOW + overlay):
@@ -136,17 +149,16 @@ class LiveControls:
 
     def _SetView(self, context: Context) -> None:
         scenario = self._scenario
-        bounds = view_bounds(scenario.world, self._humans, scenario.robot)
-        view = _VIEWS[self._view]
+        bounds = view_bounds(scenario.world, self._humans, self._robots)
         p_WC, p_WT = camera_pose(bounds)
-        if view == "top":
+        if self._view == _TOP:
             _, ahead = view_axes(bounds)
             p_WT = np.array([*bounds.center, 0.0])
             distance = float(np.linalg.norm(p_WC - p_WT))
             # Slightly to the side: straight down, "up" is undefined.
             p_WC = p_WT + distance * np.array([0.0, 0.0, 1.0]) - 0.02 * ahead
-        elif view == "follow":
-            robot = self._robot_state.Eval(context)
+        elif self._view >= 0:
+            robot = self._robot_states[self._view].Eval(context)
             away = (p_WC - p_WT) / np.linalg.norm(p_WC - p_WT)
             p_WT = np.array([robot[X], robot[Y], 0.4])
             p_WC = p_WT + FOLLOW_DISTANCE * away

@@ -7,12 +7,7 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
-from hunav_drake.systems.scene.palette import (
-    REACTION,
-    RECORDED,
-    ROBOT_ACCENT,
-    TOPS,
-)
+from hunav_drake.systems.scene.palette import REACTION, RECORDED, TOPS, accent
 from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
@@ -49,7 +44,7 @@ class PlanView:
         self._canvas = FigureCanvasAgg(figure)
         self._ax = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         # As large as possible, with equal scales along x and y.
-        bounds = view_bounds(trial.world, trial.humans, trial.robot)
+        bounds = view_bounds(trial.world, trial.humans, trial.robots)
         scale = max(b / s for b, s in zip(bounds.size, size, strict=True))
         self._limits = [
             (middle - scale * pixels / 2, middle + scale * pixels / 2)
@@ -64,7 +59,7 @@ class PlanView:
         (x_min, x_max), (y_min, y_max) = self._limits
         ax.set(xlim=(x_min, x_max), ylim=(y_min, y_max))
         draw_walls(ax, trial.world.obstacles())
-        humans, robot = trial.States(time)
+        humans, robots = trial.States(time)
         if "goals" in self._shown:
             self._DrawGoals()
         if "walked" in self._shown:
@@ -75,7 +70,10 @@ class PlanView:
                 color = REACTION if reacts[i] else RECORDED
                 sign = color.rgba if reacts[i] or follows[i] else None
                 self._DrawPerson(i, row, sign)
-        self._DrawBody(robot, ROBOT_ACCENT.rgba, zorder=6)
+        for k, (name, row) in enumerate(zip(trial.robots, robots, strict=True)):
+            self._DrawBody(row, accent(k).rgba, zorder=6)
+            if name and "names" in self._shown:
+                self._DrawName(row, name)
         if "clock" in self._shown:
             style = {"transform": ax.transAxes, "va": "top", "fontsize": 13}
             ax.text(0.015, 0.98, f"{time:.1f} s", zorder=9, **style)
@@ -89,11 +87,11 @@ class PlanView:
             for x, y, *_ in human.goals:
                 color = TOPS[i % len(TOPS)].rgba
                 self._ax.plot(x, y, "x", color=color, ms=7, mew=2, zorder=3)
-        goal = self._trial.robot.goal
-        if goal is not None:
-            self._ax.plot(
-                *goal[:2], "*", color=ROBOT_ACCENT.rgba, ms=14, zorder=3
-            )
+        for k, robot in enumerate(self._trial.robots.values()):
+            if robot.goal is not None:
+                color = accent(k).rgba
+                place = robot.goal[:2]
+                self._ax.plot(*place, "*", color=color, ms=14, zorder=3)
 
     def _DrawWalked(self, time: float) -> None:
         from matplotlib.collections import LineCollection
@@ -104,9 +102,9 @@ class PlanView:
             return
         states = [self._trial.States(time - age) for age in ages]
         rows = np.stack([np.vstack([h, r]) for h, r in states])
+        n = len(self._trial.humans)
         for i in range(rows.shape[1]):
-            last = i == rows.shape[1] - 1
-            color = ROBOT_ACCENT if last else TOPS[i % len(TOPS)]
+            color = TOPS[i % len(TOPS)] if i < n else accent(i - n)
             places = rows[:, i, [X, Y]]
             segments = np.stack([places[:-1], places[1:]], axis=1)
             fade = 1.0 - ages[:-1] / WALKED_TIME
@@ -131,16 +129,21 @@ class PlanView:
                 self._ax.add_patch(Circle(place, radius, zorder=2, **line))
         if "names" in self._shown:
             human = self._trial.humans[i]
-            self._ax.annotate(
-                f"{human.name} \N{MIDDLE DOT} {human.behavior_name}",
-                row[[X, Y]] + [0.0, row[RADIUS] + 0.1],
-                ha="center",
-                va="bottom",
-                fontsize=8,
-                parse_math=False,
-                annotation_clip=True,
-                zorder=8,
-            )
+            text = f"{human.name} \N{MIDDLE DOT} {human.behavior_name}"
+            self._DrawName(row, text)
+
+    def _DrawName(self, row: np.ndarray, text: str) -> None:
+        """Writes a text above a body."""
+        self._ax.annotate(
+            text,
+            row[[X, Y]] + [0.0, row[RADIUS] + 0.1],
+            ha="center",
+            va="bottom",
+            fontsize=8,
+            parse_math=False,
+            annotation_clip=True,
+            zorder=8,
+        )
 
     def _DrawBody(
         self, row: np.ndarray, color: Sequence[float], *, zorder: int

@@ -1,6 +1,7 @@
 """Recorded trials, with all that is needed to show them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from hunav_drake.runs.recording_files import ReadRecording
 from hunav_drake.runs.run_folders import RUNS, find_runs
 from hunav_drake.scenario import LoadScenario, ScenarioError
+from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import (
@@ -32,20 +34,21 @@ RECORDING, SCENARIO = "recording.npz", "scenario.yaml"
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedTrial:
-    """A recording with its world, people and robot.
+    """A recording with its world, people and robots.
 
     Attributes:
         recording: The recording.
         world: The world.
         humans: The people, in the order of the recording.
-        robot: The robot.
+        robots: The robots by their names, in the order of the recording; the
+            name of a single one is empty.
         scene: The options of the view.
     """
 
     recording: Recording
     world: World
     humans: list[HumanConfig]
-    robot: RobotConfig
+    robots: dict[str, RobotConfig]
     scene: SceneConfig
 
     def Reacts(self, time: float) -> Mask:
@@ -88,8 +91,8 @@ class RecordedTrial:
             time: In seconds, on the clock of the recording.
 
         Returns:
-            The states of the people (n, 7), NaN for absent people, and that of
-            the robot (7,).
+            The states of the people (n, 7), NaN for absent people, and those
+            of the robots (m, 7).
         """
         times = self.recording.times
         right = int(np.clip(np.searchsorted(times, time), 1, len(times) - 1))
@@ -100,13 +103,19 @@ class RecordedTrial:
         share = 0.0 if span == 0 else (time - times[left]) / span
         share = float(np.clip(share, 0.0, 1.0))
         both = []
-        for rows in (self.recording.humans, self.recording.robot):
+        for rows in (self.recording.humans, self._robot_rows):
             a, b = rows[left], rows[right]
             state = a + share * (b - a)
             turn = (b[..., YAW] - a[..., YAW] + np.pi) % (2 * np.pi) - np.pi
             state[..., YAW] = a[..., YAW] + share * turn
             both.append(state)
         return both[0], both[1]
+
+    @cached_property
+    def _robot_rows(self) -> Array:
+        rows = [it.robot for it in self.recording.robots]
+        result: Array = np.stack(rows, axis=1)
+        return result
 
 
 def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
@@ -139,18 +148,21 @@ def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
         humans = draw_people(scenario)
         if len(humans) != recording.num_humans:
             humans = _people_of(recording)
+        robots = robots_of(scenario)
+        if [*robots] != [it.robot_name for it in recording.robots]:
+            robots = _robots_of(recording)
         return RecordedTrial(
             recording=recording,
             world=scenario.world,
             humans=humans,
-            robot=scenario.robot,
+            robots=robots,
             scene=scenario.scene,
         )
     return RecordedTrial(
         recording=recording,
         world=_world_of(recording),
         humans=_people_of(recording),
-        robot=_robot_of(recording),
+        robots=_robots_of(recording),
         scene=SceneConfig(),
     )
 
@@ -208,6 +220,10 @@ def _people_of(recording: Recording) -> list[HumanConfig]:
             )
         )
     return people
+
+
+def _robots_of(recording: Recording) -> dict[str, RobotConfig]:
+    return {it.robot_name: _robot_of(it) for it in recording.robots}
 
 
 def _robot_of(recording: Recording) -> RobotConfig:

@@ -26,9 +26,10 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import (
     Bounds,
+    Robots,
+    by_name,
     overview_rotation,
     scene_bounds,
     view_axes,
@@ -76,13 +77,14 @@ def SetView(
     meshcat: Meshcat,
     world: World,
     humans: Sequence[HumanConfig] = (),
-    robot: RobotConfig | None = None,
+    robot: Robots = None,
     *,
     aspect: float = _ASPECT,
 ) -> None:
     """Sets camera, light and background for a good view of a trial.
 
-    A replay file keeps the view. `aspect` is the ratio of width to height of
+    A replay file keeps the view. Several robots are given by their names.
+    `aspect` is the ratio of width to height of
     the window.
     """
     bounds = view_bounds(world, humans, robot)
@@ -199,9 +201,7 @@ def _part(name: str) -> str:
 
 
 def view_bounds(
-    world: World,
-    humans: Sequence[HumanConfig] = (),
-    robot: RobotConfig | None = None,
+    world: World, humans: Sequence[HumanConfig] = (), robot: Robots = None
 ) -> Bounds:
     """Returns the visible part of a world: the area of people and robot.
 
@@ -209,7 +209,7 @@ def view_bounds(
     people and robot, it is the whole world.
     """
     whole = scene_bounds(world, humans, robot, margin=_MARGIN)
-    if not humans and robot is None:
+    if not humans and not by_name(robot):
         return whole
     part = scene_bounds(World(), humans, robot, margin=_AROUND)
     return Bounds(

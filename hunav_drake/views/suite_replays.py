@@ -88,6 +88,7 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
     import logging
 
     from hunav_drake.scenario import LoadScenario
+    from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.scenario.population import draw_people
     from hunav_drake.trial.simulation import RunTrial
     from hunav_drake.views.replay import SaveReplay, SetView, StartMeshcatLocal
@@ -99,7 +100,7 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
     )
     meshcat = StartMeshcatLocal()
     people = draw_people(scenario)
-    SetView(meshcat, scenario.world, people, scenario.robot)
+    SetView(meshcat, scenario.world, people, robots_of(scenario))
     result = RunTrial(scenario, meshcat=meshcat)
     again = json.dumps({str(k): float(v) for k, v in result.metrics.items()})
     if again != metrics:

@@ -47,6 +47,21 @@ TOPS = (
     Rgba(0.210, 0.210, 0.060),
 )
 ROBOT_ACCENT = Rgba(0.835, 0.369, 0.000)
+
+# The accents of several robots, one after the other. Strong colors, far in
+# CIELAB from each other, from the floor and from the first shirts.
+ROBOT_ACCENTS = (
+    ROBOT_ACCENT,
+    Rgba(0.10, 0.10, 0.95),
+    Rgba(0.95, 0.05, 0.60),
+    Rgba(0.00, 0.68, 0.10),
+    Rgba(0.66, 0.38, 1.00),
+    Rgba(0.40, 0.46, 0.00),
+    Rgba(0.00, 0.64, 0.70),
+    Rgba(0.58, 0.05, 0.28),
+    Rgba(0.85, 0.65, 0.00),
+    Rgba(0.36, 0.22, 0.10),
+)
 ROBOT_SHELL = Rgba(0.93, 0.94, 0.95)
 ROBOT_DARK = Rgba(0.13, 0.14, 0.16)
 
@@ -118,6 +133,11 @@ FORCE_ARROWS = (
     Rgba(0.15, 0.30, 0.80),
     Rgba(0.55, 0.30, 0.10),
 )
+
+
+def accent(index: int) -> Rgba:
+    """Returns the color of the robot at an index, from 0."""
+    return ROBOT_ACCENTS[index % len(ROBOT_ACCENTS)]
 
 
 def clothes(index: int) -> Clothes:

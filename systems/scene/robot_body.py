@@ -3,7 +3,7 @@
 from functools import partial
 import math
 
-from pydrake.geometry import Cylinder
+from pydrake.geometry import Cylinder, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Joint, PlanarJoint
@@ -30,12 +30,19 @@ _WHEEL_Y = 0.80
 _WHEEL_WIDTH = 0.17
 
 
-def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
+def AddRobotBody(
+    plant: MultibodyPlant,
+    name: str,
+    *,
+    radius: float,
+    accent: Rgba = ROBOT_ACCENT,
+) -> Joint:
     """Adds the figure of a differential-drive robot as a model instance.
 
     Its deck is a disc of the robot's radius; a lidar, a lamp and an arrow on
     the deck show its heading (+x at yaw 0). It has no mass and no collision
     geometry. The plant is registered with a SceneGraph and not finalized.
+    `accent` is the color of its marks.
 
     Returns:
         The joint of its base, with the positions x, y and yaw.
@@ -69,10 +76,10 @@ def AddRobotBody(plant: MultibodyPlant, name: str, *, radius: float) -> Joint:
         sides=40,
     )
     add("deck", deck, ROBOT_SHELL)
-    add("arrow", _arrow(radius, high), ROBOT_ACCENT)
+    add("arrow", _arrow(radius, high), accent)
     # Radius and x are in robot radii, the length is for a full-size robot.
     for part, color, r, length, x, z in (
-        ("band", ROBOT_ACCENT, 1.004, 0.022, 0.0, low + 0.018 * scale),
+        ("band", accent, 1.004, 0.022, 0.0, low + 0.018 * scale),
         ("lidar", ROBOT_DARK, 0.17, 0.07, 0.60, high + 0.035 * scale),
         ("lidar_cap", ROBOT_SHELL, 0.18, 0.012, 0.60, high + 0.076 * scale),
     ):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import SceneGraph
+from pydrake.geometry import Rgba, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Joint
 from pydrake.systems.framework import (
@@ -32,7 +32,7 @@ from hunav_drake.systems.scene.bounds import (
 )
 from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label
-from hunav_drake.systems.scene.palette import clothes
+from hunav_drake.systems.scene.palette import accent, clothes
 from hunav_drake.systems.scene.robot_body import AddRobotBody
 from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
@@ -155,8 +155,8 @@ def AddScene(
         names=human_names,
     )
     robot_joints = {
-        name: _AddRobot(plant, figure_of(name), it)
-        for name, it in robots.items()
+        name: _AddRobot(plant, figure_of(name), it, accent(k))
+        for k, (name, it) in enumerate(robots.items())
     }
     plant.Finalize()
 
@@ -275,13 +275,13 @@ def AddKinematics(
 
 
 def _AddRobot(
-    plant: MultibodyPlant, name: str, robot: RobotConfig
+    plant: MultibodyPlant, name: str, robot: RobotConfig, color: Rgba
 ) -> Sequence[Joint]:
     """Adds the figure of a robot; returns the joints of x, y and yaw."""
     own: Sequence[Joint] | None = robot.AddFigure(plant, name)
     if own is not None:
         return own
-    return [AddRobotBody(plant, name, radius=robot.radius)]
+    return [AddRobotBody(plant, name, radius=robot.radius, accent=color)]
 
 
 def frame_period(time_step: float) -> float:

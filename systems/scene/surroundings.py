@@ -33,10 +33,10 @@ from hunav_drake.systems.scene.meshes import (
 from hunav_drake.systems.scene.palette import (
     FLOOR,
     MATERIALS,
-    ROBOT_ACCENT,
     TOPS,
     WALL,
     WALL_CUT,
+    accent,
 )
 from hunav_drake.systems.scene.visuals import AddVisual
 from hunav_drake.systems.world.shapes import World
@@ -234,12 +234,12 @@ def AddGoalMarks(
         for k, (x, y) in enumerate(human.goals):
             X_WG = RigidTransform([x, y, _MARK_LOW + thickness / 2])
             mark(f"human_{i}_goal_{k}", dot, color, X_WG)
-    for name, it in by_name(robot).items():
+    for k, (name, it) in enumerate(by_name(robot).items()):
         if it.goal is not None:
             x, y, yaw = it.goal
             X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
             ring = _goal_ring(it.radius)
-            mark(f"{figure_of(name)}_goal", ring, ROBOT_ACCENT, X_WG)
+            mark(f"{figure_of(name)}_goal", ring, accent(k), X_WG)
 
 
 def _cuts(low: float, high: float, tile: float) -> list[float]:

@@ -73,6 +73,41 @@ def test_the_robot_is_placed_by_press_and_pull(open_editor):
     )
 
 
+def test_robots_are_added_moved_named_and_removed(open_editor):
+    text = SMALL.replace("start: [-2, -2, 0]", "start: [-2, -1, 0]")
+    editor = open_editor(text.replace("goal: [3, -2, 0]", "goal: [3, -1, 0]"))
+    before = editor.session.text
+    add = editor.page.get_by_role("button", name="Add a robot")
+    add.click()
+    editor.wait(lambda it: len(at(it.data, ["robots"]) or ()) == 2)
+    assert "robot" not in editor.session.data
+    assert at(editor.session.data, ["robots", 0, "name"]) == "robot_1"
+    editor.part("robots/1/robot/goal").wait_for()
+    start = at(editor.session.data, ["robots", 1, "robot", "start"])
+    editor.drag(start[:2], (1, 1))
+    editor.wait(
+        lambda it: near(at(it.data, ["robots", 1, "robot", "start"]), (1, 1, 0))
+    )
+    name = editor.field("name").locator("input")
+    name.fill("bob")
+    name.press("Tab")
+    editor.wait_for(["robots", 1, "name"], "bob")
+    label = editor.part("robots/1/robot/start").locator(".name")
+    editor.expect(label).to_have_text("bob")
+    add.click()
+    editor.wait(lambda it: len(it.data["robots"]) == 3)
+    assert at(editor.session.data, ["robots", 2, "name"]) == "bob_2"
+    editor.focus_map()
+    editor.press("Delete")
+    editor.wait(lambda it: len(it.data["robots"]) == 2)
+    # One robot stays.
+    editor.press("Control+a", "Delete")
+    editor.wait(lambda it: len(it.data["robots"]) == 1)
+    editor.settle()
+    editor.undo_all()
+    assert editor.session.text == before
+
+
 def test_a_person_with_goals_is_added_by_the_mouse(open_editor):
     editor = open_editor(SMALL)
     editor.tool("person")

@@ -129,6 +129,13 @@ class Document:
             node = _node(root, loc)
             if node is not None:
                 yield loc, *_lines(node)
+        # Of several robots, the start stands for all of a robot.
+        members = getattr(_node(root, ("robots",)), "value", None) or ()
+        for i in range(len(members) if isinstance(members, list) else 0):
+            for loc, part in ((), "start"), (("robot", "goal"), "goal"):
+                node = _node(root, ("robots", i, *loc))
+                if node is not None:
+                    yield ("robots", i, "robot", part), *_lines(node)
 
 
 def _goals(item: Any, loc: Loc) -> Iterator[tuple[Loc, int, int]]:

@@ -1,5 +1,5 @@
 import { applied, isWithin, keyOf, samePath, valueAt } from "./data.js";
-import { START, groupOf, isPerson, isRobotPlace, moveOps, nameOf, peopleOf } from "./things.js";
+import { ROBOT, ROBOTS, groupOf, isPerson, isRobotPlace, moveOps, nameOf, peopleOf, robotPath, robotsOf, startOf } from "./things.js";
 
 /**
  * Edits as operations on the parts at paths. None of them uses
@@ -12,10 +12,10 @@ export function wordsFor(data, paths) {
   return paths.every(isPerson) ? `${paths.length} people` : `${paths.length} parts`;
 }
 
-/** Returns the data with the start of the robot, which may be missing. */
+/** Returns the data with the starts of robots, which may be missing. */
 export function withStart(data, defaults) {
-  if (valueAt(data, START) !== undefined) return data;
-  return applied(data, [["set", START, defaults?.robot?.start ?? [0, 0, 0]]]);
+  const missing = robotsOf(data).map(startOf).filter((it) => valueAt(data, it) === undefined);
+  return applied(data, missing.map((it) => ["set", it, defaults?.robot?.start ?? [0, 0, 0]]));
 }
 
 /** Returns paths without those inside others, the last first in each list. */
@@ -29,11 +29,14 @@ function fromTheEnd(paths) {
   });
 }
 
-/** Returns the operations that delete parts. */
-export function deleteOps(paths) {
-  const kept = keyOf(START);
-  return fromTheEnd(paths)
-    .filter((it) => keyOf(it) !== kept)
+/** Returns the operations that delete parts; the start of a robot stands for it. */
+export function deleteOps(data, paths) {
+  const starts = robotsOf(data).map((it) => keyOf(startOf(it)));
+  const parts = paths.map((it) => (it[0] === ROBOTS && starts.includes(keyOf(it)) ? robotPath(it) : it));
+  // One robot stays.
+  const isLast = (it) => it[0] === ROBOTS && it.length === 2 && it[1] === 0 && parts.filter((one) => one[0] === ROBOTS && one.length === 2).length === starts.length;
+  return fromTheEnd(parts)
+    .filter((it) => keyOf(it) !== keyOf(startOf([ROBOT])) && !isLast(it))
     .map((it) => ["remove", it]);
 }
 
@@ -78,9 +81,10 @@ export function addOps(data, parts) {
   return { ops, paths, after };
 }
 
-/** Returns those parts at paths that can be copied: people, walls, goals. */
+/** Returns those parts at paths that can be copied: people, walls, goals, one of several robots. */
 export function copied(data, paths) {
   return paths
+    .map((it) => (it[0] === ROBOTS && it.at(-1) === "start" ? robotPath(it) : it))
     .filter((it) => !isRobotPlace(it))
     .map((it) => ({ list: it.slice(0, -1), value: valueAt(data, it) }))
     .filter(({ value }) => value !== undefined);
@@ -90,7 +94,42 @@ export function copied(data, paths) {
 export function duplicateOps(data, parts, dx, dy) {
   const { ops, paths, after } = addOps(data, parts);
   const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));
-  return { ops: [...ops, ...moves], paths };
+  return { ops: [...ops, ...moves], paths: paths.map(onMap) };
+}
+
+/** Returns the path that is selected for a part. */
+export const onMap = (path) => (path[0] === ROBOTS ? startOf([...path, ROBOT]) : path);
+
+/**
+ * Returns the operations that add a robot like the last one, beside it, and its
+ * path. A single robot becomes the first one of several, with its planner and
+ * its sensors.
+ */
+export function robotOps(data, defaults) {
+  const ops = [];
+  let list = data[ROBOTS] ?? [];
+  if (!list.length) {
+    const kept = (it) => (it?.mount ?? ROBOT) === ROBOT;
+    const sensors = (data.sensors ?? []).filter(kept);
+    const robot = typeof data.robot === "string" ? { type: data.robot } : data.robot ?? {};
+    const first = { name: "robot_1", robot: { ...robot, start: robot.start ?? defaults?.robot?.start ?? [0, 0, 0] } };
+    if (data.planner !== undefined) first.planner = data.planner;
+    if (sensors.length) first.sensors = sensors;
+    list = [first];
+    for (const key of [ROBOT, "planner"]) if (data[key] !== undefined) ops.push(["remove", [key]]);
+    if (sensors.length) ops.push(sensors.length < data.sensors.length ? ["set", ["sensors"], data.sensors.filter((it) => !kept(it))] : ["remove", ["sensors"]]);
+    ops.push(["set", [ROBOTS], list]);
+  }
+  const after = { ...data, [ROBOTS]: list };
+  const last = list.length - 1;
+  // Away from all others.
+  const taken = robotsOf(after).map((it) => valueAt(after, startOf(it)) ?? [0, 0]);
+  const [x, y] = taken[last];
+  const room = 3 * (list[last].robot?.radius ?? defaults?.robot?.radius ?? 0.35);
+  let step = 1;
+  while (taken.some((it) => Math.hypot(it[0] - x, it[1] - y + step * room) < room)) step += 1;
+  const copy = duplicateOps(after, [{ list: [ROBOTS], value: list[last] }], 0, -step * room);
+  return { ops: [...ops, ...copy.ops], path: copy.paths[0] };
 }
 
 /** Returns operations that repeat parts in columns and rows, with steps in meters. */

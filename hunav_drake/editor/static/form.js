@@ -1,17 +1,17 @@
 import { button, fill, h, refill } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { isGoal, isOnMap, isPerson, isRobotPlace, placeOf } from "./things.js";
+import { ROBOT, ROBOTS, isGoal, isOnMap, isPerson, isRobotPlace, placeOf, robotPath, robotsOf } from "./things.js";
 import { alignOps, deleteOps, duplicateOps, copied, groupOps, wordsFor } from "./changes.js";
 import { describe, memberOf, nodeAt } from "./schema.js";
 import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
 /** The first fields of a person, a wall or the robot. */
-const FIRST = ["name", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
+const FIRST = ["name", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
 
 /** Returns the parts that have forms: the person of a goal, the robot. */
 function ownersOf(paths) {
-  const owners = paths.map((it) => (isGoal(it) ? it.slice(0, 2) : isRobotPlace(it) ? it.slice(0, 1) : it));
+  const owners = paths.map((it) => (isGoal(it) ? it.slice(0, 2) : isRobotPlace(it) ? robotPath(it) : it));
   const seen = new Map(owners.map((it) => [keyOf(it), it]));
   return [...seen.values()];
 }
@@ -77,6 +77,7 @@ export function makeFormPanel(store) {
           const without = several ? ["name", "id", "pose", "center", "points", "goals"] : [];
           form = objectBody(target, root, node, [], fields, { first: FIRST, without, rest: true });
           fill(body, fields);
+          if (owners[0][0] === ROBOTS) fields.querySelector("[data-field=robot] details").open = true;
         } else {
           form = makeField(target, root, node, []);
           fill(body, form.element);
@@ -110,7 +111,7 @@ export function makeFormPanel(store) {
         if (paths.length) store.select(paths);
       }),
       button("array", "Repeat in rows and columns", () => store.tell("dialog", { what: "array" })),
-      button("bin", "Delete (Del)", () => store.edit(`Delete ${wordsFor(data, selection)}`, deleteOps(selection))),
+      button("bin", "Delete (Del)", () => store.edit(`Delete ${wordsFor(data, selection)}`, deleteOps(data, selection))),
     ].filter(Boolean);
   }
 
@@ -131,7 +132,7 @@ function overview(store) {
       count(data.humans?.length ?? 0, "person", "people"),
       count(world.walls?.length ?? 0, "wall", "walls"),
       count(world.furniture?.length ?? 0, "piece of furniture", "pieces of furniture"),
-      data.robot?.goal ? "a robot with a goal" : "a robot without a goal",
+      robotsOf(data).length > 1 ? `${data.robots.length} robots` : data.robot?.goal ? "a robot with a goal" : "a robot without a goal",
     ];
   };
   const list = h("ul", { class: "facts" });
@@ -151,15 +152,18 @@ export function makeTrialPanel(store) {
   const element = h("div", { class: "panel form" }, body);
   let form = null;
   let schema = null;
+  let several = false;
   function build() {
     const root = store.catalog.schema;
-    if (root === schema || !root.properties) return form?.refresh();
+    const now = robotsOf(store.data)[0][0] === ROBOTS;
+    if ((root === schema && several === now) || !root.properties) return form?.refresh();
     schema = root;
+    several = now;
     const target = new Target(store, [[]], () => "the trial");
     const node = describe(root, root);
     const box = h("div");
     form = objectBody(target, root, node, [], box, {
-      without: ["humans", "world"],
+      without: ["humans", "world", ROBOTS, ...(several ? [ROBOT, "planner"] : [])],
       first: ["name", "description", "simulation", "planner", "robot", "crowd", "evaluator"],
     });
     fill(body, box);

@@ -1,5 +1,7 @@
 import { fill, svg } from "./dom.js";
-import { behaviorOf, peopleOf } from "./things.js";
+import { behaviorOf, peopleOf, robotsOf } from "./things.js";
+import { valueAt } from "./data.js";
+import { paintRobot, robotColor } from "./looks.js";
 import { inkOn, outline } from "./shapes.js";
 
 /** The number of points in the trail of a body during a run. */
@@ -58,12 +60,15 @@ export function makeGhosts(store) {
   const ways = svg("g", { class: "ghost-ways" });
   const bodies = svg("g", { class: "ghost-bodies" });
   let ghosts = [];
+  // The number of robots, which are the first ghosts.
+  let count = 1;
   let paths = null;
   let run = null;
 
-  function prepare(count) {
-    if (ghosts.length !== count) {
-      ghosts = Array.from({ length: count }, (_, i) => new Ghost(i === 0));
+  function prepare(robots, people) {
+    if (ghosts.length !== robots + people || count !== robots) {
+      count = robots;
+      ghosts = Array.from({ length: robots + people }, (_, i) => new Ghost(i < robots));
       fill(ways, ...ghosts.map((it) => it.line).reverse());
       fill(bodies, ...ghosts.map((it) => it.body).reverse());
     }
@@ -77,34 +82,38 @@ export function makeGhosts(store) {
     const defaults = catalog.defaults?.human ?? {};
     const colors = new Map((catalog.behaviors ?? []).map((it) => [it.name, it.color]));
     ghosts.forEach((ghost, i) => {
-      if (i === 0) return ghost.look("#1c2530", data.robot?.radius ?? catalog.defaults?.robot?.radius ?? 0.35, false);
-      const person = people[i - 1] ?? {};
+      if (i < count) {
+        const radius = valueAt(data, [...(robotsOf(data)[i] ?? []), "radius"]) ?? catalog.defaults?.robot?.radius ?? 0.35;
+        for (const element of [ghost.line, ghost.body]) paintRobot(element, robotColor(catalog, i, count));
+        return ghost.look("#1c2530", radius, false);
+      }
+      const person = people[i - count] ?? {};
       const radius = person.radius ?? defaults.radius ?? 0.35;
-      return ghost.look(colors.get(behaviorOf(person, defaults)) ?? "#6b7a8c", radius, Boolean(activities[i - 1]));
+      return ghost.look(colors.get(behaviorOf(person, defaults)) ?? "#6b7a8c", radius, Boolean(activities[i - count]));
     });
   }
 
   return {
     /** Shows a frame of a running run. */
     frame(message) {
-      prepare(1 + message.people.length);
+      prepare(message.robots.length, message.people.length);
       if (run !== message.run || paths) {
         run = message.run;
         paths = null;
         for (const ghost of ghosts) ghost.trail = [];
       }
       dress(message.activities);
-      [message.robot, ...message.people].forEach((pose, i) => ghosts[i].follow(pose));
+      [...message.robots, ...message.people].forEach((pose, i) => ghosts[i].follow(pose));
     },
 
     /** Shows the paths of a finished run. */
     paths(number, given) {
       run = number;
       paths = given;
-      prepare(1 + (given.people[0]?.length ?? 0));
+      prepare(given.robots[0].length, given.people[0]?.length ?? 0);
       dress();
       ghosts.forEach((ghost, i) => {
-        const places = given.times.map((_, k) => (i ? given.people[k][i - 1] : given.robot[k]));
+        const places = given.times.map((_, k) => [...given.robots[k], ...given.people[k]][i]);
         let d = "";
         let piece = [];
         for (const place of [...places, null]) {
@@ -128,7 +137,7 @@ export function makeGhosts(store) {
       if (k < 0) k = times.length - 1;
       const i = Math.max(k - 1, 0);
       const share = k > i ? Math.min((time - times[i]) / (times[k] - times[i]), 1) : 0;
-      const poses = (n) => [paths.robot[n], ...paths.people[n]];
+      const poses = (n) => [...paths.robots[n], ...paths.people[n]];
       const [a, b] = [poses(i), poses(k)];
       ghosts.forEach((ghost, n) => ghost.put(between(a[n], b[n], share)));
     },

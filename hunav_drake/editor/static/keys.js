@@ -1,6 +1,6 @@
-import { applied, keyOf, round, samePath, valueAt } from "./data.js";
-import { GOAL, START, goalsOf, headingOf, isOnMap, isPerson, isPoint, moveOps, nameOf, outlinesAfter, personPath, placeOf, turnOps } from "./things.js";
-import { addOps, copied, deleteOps, duplicateOps, groupOps, withStart, wordsFor } from "./changes.js";
+import { applied, keyOf, round, valueAt } from "./data.js";
+import { goalsOf, headingOf, isOnMap, isPerson, isPoint, moveOps, nameOf, outlinesAfter, personPath, placeOf, turnOps } from "./things.js";
+import { addOps, copied, deleteOps, duplicateOps, groupOps, onMap, withStart, wordsFor } from "./changes.js";
 import { partsOf } from "./outline.js";
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -56,7 +56,7 @@ export function addKeys(store, map, tools, gestures, root) {
       edit(`Remove a corner of ${nameOf(store.data, corner.path)}`, [["set", [...corner.path, "points"], points]]);
       return;
     }
-    const ops = deleteOps(store.selection);
+    const ops = deleteOps(store.data, store.selection);
     if (ops.length) store.edit(`Delete ${wordsFor(store.data, store.selection)}`, ops);
   }
 
@@ -203,7 +203,7 @@ export function addKeys(store, map, tools, gestures, root) {
   });
 
   function toClipboard(event) {
-    const parts = copied(store.data, store.selection.filter((it) => !samePath(it, START) && !samePath(it, GOAL)));
+    const parts = copied(store.data, store.selection);
     if (!parts.length || !element.contains(event.target)) return false;
     // JSON is YAML, too.
     event.clipboardData.setData("text/plain", JSON.stringify({ [MARK]: parts }, null, 1));
@@ -231,6 +231,6 @@ export function addKeys(store, map, tools, gestures, root) {
     const [dx, dy] = near ? [0.5, -0.5] : [round(x - mean(0)), round(y - mean(1))];
     const moves = paths.flatMap((it) => moveOps(after, it, dx, dy));
     store.edit(`Paste ${parts.length === 1 ? nameOf(applied(after, []), paths[0]) : `${parts.length} parts`}`, [...ops, ...moves]);
-    store.select(paths);
+    store.select(paths.map(onMap));
   });
 }

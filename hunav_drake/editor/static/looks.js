@@ -17,6 +17,20 @@ const KNOWN = [
 /** Black is invisible on a dark floor. */
 const DARK = { "#000000": "#4d4d4d" };
 
+/** Returns the color of one of several robots; nothing for a single one. */
+export function robotColor(catalog, index, count) {
+  const colors = catalog.robot_colors ?? [];
+  return (count > 1 && colors[index % colors.length]) || "";
+}
+
+/** Sets the color of the drawing of a robot, if it has one of its own. */
+export function paintRobot(element, color) {
+  for (const name of ["--robot", "--on-robot"]) element.style.removeProperty(name);
+  if (!color) return;
+  element.style.setProperty("--robot", color);
+  element.style.setProperty("--on-robot", "#ffffff");
+}
+
 /** Returns {color, letter} of a behavior; two letters if one is ambiguous. */
 export function lookOf(catalog, name) {
   const all = catalog.behaviors?.length ? catalog.behaviors.map((it) => [it.name, it.color]) : KNOWN;

@@ -1,8 +1,8 @@
 import { atFrame, h, svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { GOAL, START, boundsOf, groupOf, isPoint, isPose, peopleOf } from "./things.js";
+import { ROBOTS, boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, robotsOf, startOf } from "./things.js";
 import { ChainShape, PersonShape, RobotShape, WorldShape, outline } from "./shapes.js";
-import { lookOf } from "./looks.js";
+import { lookOf, robotColor } from "./looks.js";
 import { View } from "./view.js";
 import { makeBackdrop } from "./backdrop.js";
 import { makeMarks } from "./marks.js";
@@ -16,7 +16,7 @@ import { drawHandles } from "./handles.js";
 const NONE = {};
 
 /** The layers from back to front; each is a group of the lower SVG. */
-const LAYERS = ["areas", "fixtures", "groups", "chains", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "groups", "chains", "robot-goals", "robots", "people"];
 
 /**
  * Creates the map of a store.
@@ -86,14 +86,23 @@ export function makeMap(store) {
       draw(key, "people", person, () => new PersonShape(key), (it) => it.update(person, look, defaults), facts);
       draw(`chain:${key}`, "chains", person, () => new ChainShape(key), (it) => it.update(person, look, defaults), facts);
     });
-    const radius = valueAt(data, ["robot", "radius"]) ?? store.catalog.defaults?.robot?.radius ?? 0.35;
-    const places = [START, GOAL].map((path) => valueAt(data, path) ?? (path === START ? store.catalog.defaults?.robot?.start : null));
-    places.forEach((pose, i) => {
-      if (!isPose(pose)) return;
-      const key = keyOf(i ? GOAL : START);
-      draw(key, "robots", pose, () => new RobotShape(key, i === 1), (it) => it.update(pose, radius), [radius]);
+    const robots = robotsOf(data);
+    const ways = robots.map((robot, k) => {
+      const radius = valueAt(data, [...robot, "radius"]) ?? store.catalog.defaults?.robot?.radius ?? 0.35;
+      const places = [valueAt(data, startOf(robot)) ?? store.catalog.defaults?.robot?.start, valueAt(data, goalOf(robot))];
+      const color = robotColor(store.catalog, k, robots.length);
+      places.forEach((pose, i) => {
+        if (!isPose(pose)) return;
+        const path = i ? goalOf(robot) : startOf(robot);
+        const key = keyOf(path);
+        // A single robot has no name.
+        const name = i && robots.length === 1 ? "goal" : nameOf(data, path);
+        // The start of a robot may be at the goal of another one.
+        draw(key, i && robot[0] === ROBOTS ? "robot-goals" : "robots", pose, () => new RobotShape(key, i === 1), (it) => it.update(pose, radius, name, color), [radius, name, color]);
+      });
+      return places.every(isPose) ? outline(places, false) : "";
     });
-    const way = places.every(isPose) ? outline(places, false) : "";
+    const way = ways.join("");
     // Setting an equal value would repaint the whole lower SVG.
     if (mission.getAttribute("d") !== way) mission.setAttribute("d", way);
     drawGroups(data);

@@ -1,6 +1,6 @@
 import { svg } from "./dom.js";
 import { keyOf, pathOf, valueAt } from "./data.js";
-import { START, behaviorOf, goalsOf, nameOf } from "./things.js";
+import { ROBOT, ROBOTS, behaviorOf, goalsOf, nameOf, startOf } from "./things.js";
 
 /** Returns the key of the nearest drawing to a path, or null. */
 function nearest(drawn, path) {
@@ -10,7 +10,8 @@ function nearest(drawn, path) {
     // Goals are drawn with their person.
     if (n === 4 && path[2] === "goals") return key;
   }
-  return path[0] === "robot" ? keyOf(START) : null;
+  if (path[0] === ROBOTS && path.length > 1) return keyOf(startOf([...path.slice(0, 2), ROBOT]));
+  return path[0] === ROBOT ? keyOf(startOf([ROBOT])) : null;
 }
 
 /** Shows the faults of a drawing as its tooltip. */

@@ -1,17 +1,27 @@
 import { atFrame, button, fill, h } from "./dom.js";
-import { isWithin, keyOf, pathOf, samePath } from "./data.js";
-import { GOAL, HUMANS, ROBOT, START, behaviorOf, groupOf, isPose, nameOf, peopleOf, worldLists } from "./things.js";
-import { lookOf } from "./looks.js";
+import { isWithin, keyOf, pathOf, samePath, valueAt } from "./data.js";
+import { HUMANS, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPose, isRobotPlace, nameOf, peopleOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
+import { lookOf, paintRobot, robotColor } from "./looks.js";
 import { inkOn } from "./shapes.js";
+import { robotOps } from "./changes.js";
 
 /** Returns the parts by section: [{title, key, items: [path...]}]. */
 export function partsOf(data) {
   const parts = [{ title: "People", key: HUMANS, items: peopleOf(data).map((_, i) => [HUMANS, i]) }];
-  parts.push({ title: "Robot", key: ROBOT, items: [START, GOAL].filter((path, i) => i === 0 || isPose(data.robot?.goal)) });
+  const robots = robotsOf(data);
+  const places = robots.flatMap((it) => [startOf(it), goalOf(it)]);
+  parts.push({ title: robots.length > 1 ? "Robots" : "Robot", key: ROBOT, items: places.filter((path, i) => i % 2 === 0 || isPose(valueAt(data, path))) });
   for (const [key, items] of worldLists(data)) {
     parts.push({ title: key[0].toUpperCase() + key.slice(1), key: `world/${key}`, items: items.map((_, i) => ["world", key, i]) });
   }
   return parts;
+}
+
+/** Adds a robot, and selects it. */
+export function addRobot(store) {
+  const { ops, path } = robotOps(store.data, store.catalog.defaults);
+  store.edit("Add a robot", ops);
+  store.select([path]);
 }
 
 /** Creates the list of all parts, with a search. */
@@ -70,8 +80,9 @@ export function makeOutline(store) {
       mark.style.setProperty("--ink", inkOn(color));
       note.textContent = groupOf(person) >= 0 ? `group ${groupOf(person)}` : "";
     }
-    mark.className = person ? "mark who" : `mark of-${path.length === 2 ? path.join("-") : path[1]}`;
-    const faults = store.faults.filter((it) => isWithin(it.path, path));
+    mark.className = person ? "mark who" : `mark of-${isRobotPlace(path) ? `robot-${path.at(-1)}` : path.length === 2 ? path.join("-") : path[1]}`;
+    if (isRobotPlace(path)) paintRobot(mark, robotColor(catalog, path[1], robotsOf(data).length));
+    const faults = store.faults.filter((it) => isWithin(it.path, path) || (path[0] === ROBOTS && path.at(-1) === "start" && isWithin(it.path, robotPath(path)) && it.path[3] !== "goal"));
     fault.hidden = !faults.length;
     row.title = faults.map((it) => it.message).join("\n");
     const on = store.selection.some((it) => isWithin(it, path));
@@ -108,6 +119,7 @@ export function makeOutline(store) {
           h("span", { class: "row-note" }, String(items.length)),
         ),
         open ? found.map(update) : null,
+        open && key === ROBOT && !wanted ? button("plus", "Add a robot beside the last one, with the same properties", () => addRobot(store), { text: "Add robot" }) : null,
       );
     });
     fill(tree, groups);
@@ -129,7 +141,7 @@ export function makeOutline(store) {
   store.listen("selection", () => {
     later();
     const [path] = store.selection;
-    if (path) requestAnimationFrame(() => rows.get(keyOf(path.slice(0, path[0] === HUMANS ? 2 : 3)))?.row.scrollIntoView?.({ block: "nearest" }));
+    if (path) requestAnimationFrame(() => rows.get(keyOf(path.slice(0, path[0] === HUMANS ? 2 : 4)))?.row.scrollIntoView?.({ block: "nearest" }));
   });
 
   store.listen("background", (message) => {

@@ -45,7 +45,7 @@ export function makeField(target, root, node, path) {
 }
 
 function noteField(path, text) {
-  const element = h("div", { class: "field wide" }, h("span", { class: "label" }, words(path.at(-1) ?? "")), h("p", { class: "help shown" }, text));
+  const element = h("div", { class: "field wide", "data-field": path.join("/") }, h("span", { class: "label" }, words(path.at(-1) ?? "")), h("p", { class: "help shown" }, text));
   return { element, refresh() {} };
 }
 

@@ -1,5 +1,5 @@
 import { button, h, refill } from "./dom.js";
-import { isOnMap, nameOf } from "./things.js";
+import { isOnMap, nameOf, ROBOT, ROBOTS, startOf } from "./things.js";
 import { sentence } from "./fields.js";
 
 /** Selects the part with a fault, and shows its form. */
@@ -13,7 +13,9 @@ function showFault(store, fault) {
       return;
     }
   }
-  if (fault.path[0] === "robot") store.select([["robot", "start"]]);
+  const [head, index] = fault.path;
+  if (head === ROBOT) store.select([startOf([ROBOT])]);
+  else if (head === ROBOTS && index !== undefined) store.select([startOf([ROBOTS, index, ROBOT])]);
   else store.showTab(fault.path.length ? "trial" : "yaml");
 }
 

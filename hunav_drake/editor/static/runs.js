@@ -85,7 +85,7 @@ export function makeRunsPanel(store) {
     const chosen = runs.get(shown)?.result;
     table.show(all, summary, shown);
     empty.hidden = done.length > 0;
-    empty.textContent = isBusy() ? "The metrics of the trial appear here when it has ended." : "Press Run. The robot and the people then move on the map, and the metrics of the trial appear here.";
+    empty.textContent = isBusy() ? "The metrics of the trial appear here when it has ended." : "Press Run. The robots and the people then move on the map, and the metrics of the trial appear here.";
     bar.hidden = !chosen?.paths;
     line.hidden = !chosen;
     command.textContent = chosen?.command ?? "";
@@ -114,7 +114,8 @@ export function makeRunsPanel(store) {
   }
 
   function showPlanners() {
-    const own = store.get(["planner"]) ?? store.catalog.defaults?.planner;
+    // Several robots have planners of their own.
+    const own = store.data.robots?.length ? null : store.get(["planner"]) ?? store.catalog.defaults?.planner;
     const name = typeof own === "string" ? own : (own?.name ?? "");
     const known = store.catalog.planners?.length ? store.catalog.planners : name ? [{ name, help: "" }] : [];
     refill(

@@ -70,16 +70,19 @@ export function makeRunTable(store, choose) {
   function show(runs, summary, shown) {
     const done = runs.filter((it) => it.result);
     const named = done.slice(0, MOST);
-    const names = new Set(done.flatMap((it) => Object.keys(it.result.metrics)));
+    const all = [...new Set(done.flatMap((it) => Object.keys(it.result.metrics)))];
     const counts = new Map();
     for (const { result } of done) if (Object.keys(result.metrics).length) counts.set(result.planner, (counts.get(result.planner) ?? 0) + 1);
     const planners = [...counts].filter(([, n]) => n > 1).map(([planner, n]) => ({ planner, n }));
     const means = new Map(summary.map((row) => [`${row.planner} ${row.metric}`, row]));
     const known = new Map((store.catalog.metrics ?? []).map((it) => [it.name, it]));
+    // Of several robots, "anna.path_length" is a metric "path_length".
+    const baseOf = (name) => (known.has(name) ? name : name.slice(name.indexOf(".") + 1));
+    const bases = Map.groupBy(all, baseOf);
     const families = new Map();
-    for (const name of names) {
-      const family = known.get(name)?.family ?? "other";
-      families.set(family, [...(families.get(family) ?? []), name]);
+    for (const [base, names] of bases) {
+      const family = known.get(base)?.family ?? "other";
+      families.set(family, [...(families.get(family) ?? []), ...names]);
     }
     const width = 1 + planners.length + named.length;
 
@@ -93,17 +96,19 @@ export function makeRunTable(store, choose) {
         "tbody",
         null,
         h("tr", { class: "family" }, h("th", { scope: "rowgroup", colspan: width }, h("button", { type: "button", class: "family-head", "aria-expanded": String(open), onclick: toggle }, h("span", null, family.replace(/_/g, " "))))),
-        open && members.map((name) => row(name, known.get(name))),
+        open && members.map((name) => row(name, baseOf(name))),
       );
     });
 
-    function row(name, metric) {
+    function row(name, base) {
+      const metric = known.get(base);
+      const robot = metric ? name.slice(0, -base.length - 1) : "";
       const [sign, words] = SIGNS[metric?.direction] ?? SIGNS.none;
       const unit = metric?.unit && metric.unit !== "-" ? metric.unit : "";
       return h(
         "tr",
         { "data-metric": name },
-        h("th", { scope: "row", class: "metric", title: metric?.definition ?? "" }, h("span", null, name.replace(/_/g, " ")), h("span", { class: "run-note" }, ` ${unit} `, h("span", { title: words }, sign))),
+        h("th", { scope: "row", class: "metric", title: metric?.definition ?? "" }, h("span", null, (metric ? base : name).replace(/_/g, " ")), robot && h("span", { class: "run-note" }, ` ${robot} `), h("span", { class: "run-note" }, ` ${unit} `, h("span", { title: words }, sign))),
         planners.map(({ planner }) => {
           const it = means.get(`${planner} ${name}`);
           const interval = it && it.low !== null ? `${it.low_text} – ${it.high_text}` : "";

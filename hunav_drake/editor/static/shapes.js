@@ -1,4 +1,5 @@
 import { fill, svg } from "./dom.js";
+import { paintRobot } from "./looks.js";
 import { behaviorOf, goalsOf, isPoint, isPose } from "./things.js";
 
 /**
@@ -150,7 +151,7 @@ export class RobotShape {
     this.ring = svg("circle", { class: "ring" });
     this.disc = svg("path", { class: "disc" });
     this.nose = svg("path", { class: "nose" });
-    this.name = label("name", isGoal ? "goal" : "robot");
+    this.name = label("name");
     this.badge = svg("g", { class: "badge" }, svg("circle", { r: 6 }), svg("text", { "text-anchor": "middle", y: 3.6 }, "!"));
     this.element = svg(
       "g",
@@ -164,9 +165,13 @@ export class RobotShape {
     );
   }
 
-  update(pose, radius) {
+  update(pose, radius, name, color) {
+    // Robots that swap places have their names below, and those of goals above.
+    this.isAbove = this.isGoal && name !== "goal";
     this.pose = pose;
     this.radius = radius;
+    this.name.textContent = name;
+    paintRobot(this.element, color);
     this.element.setAttribute("transform", `translate(${pose[0]} ${pose[1]})`);
   }
 
@@ -180,7 +185,7 @@ export class RobotShape {
     const wedge = `M${0.72 * r} 0L${-0.3 * r} ${0.5 * r}L${-0.08 * r} 0L${-0.3 * r} ${-0.5 * r}Z`;
     this.nose.setAttribute("d", wedge);
     this.nose.setAttribute("transform", `rotate(${yaw})`);
-    write(this.name, 0, -r - 14 * px, 11 * px);
+    write(this.name, 0, this.isAbove ? r + 6 * px : -r - 14 * px, 11 * px);
     const at = 0.8 * Math.max(r, 7 * px);
     this.badge.setAttribute("transform", `translate(${at} ${at}) scale(${px} ${-px})`);
     this.element.classList.toggle("tiny", 2 * r * scale < TINY);

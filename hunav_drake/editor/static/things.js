@@ -7,14 +7,22 @@ import { applied, keyOf, round, valueAt } from "./data.js";
 
 export const HUMANS = "humans";
 export const ROBOT = "robot";
+export const ROBOTS = "robots";
 const WORLD = "world";
-export const START = ["robot", "start"];
-export const GOAL = ["robot", "goal"];
 
 const TURN = 2 * Math.PI;
 
 /** Returns the list of people. */
 export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].filter((it) => it && typeof it === "object") : []);
+
+/** Returns the paths of the robot, or of several robots. */
+export function robotsOf(data) {
+  const several = Array.isArray(data[ROBOTS]) && data[ROBOTS].length;
+  return several ? data[ROBOTS].map((_, i) => [ROBOTS, i, ROBOT]) : [[ROBOT]];
+}
+
+export const startOf = (robot) => [...robot, "start"];
+export const goalOf = (robot) => [...robot, "goal"];
 
 const isNumber = (it) => typeof it === "number" && Number.isFinite(it);
 export const isPoint = (it) => Array.isArray(it) && it.length >= 2 && it.slice(0, 2).every(isNumber);
@@ -28,7 +36,10 @@ export function goalsOf(person) {
 
 export const isPerson = (path) => path[0] === HUMANS && path.length === 2;
 export const isGoal = (path) => path[0] === HUMANS && path[2] === "goals" && path.length === 4;
-export const isRobotPlace = (path) => path[0] === ROBOT && path.length === 2;
+/** Returns whether a path is that of a place of a robot; its start stands for the robot. */
+export const isRobotPlace = (path) => path.at(-2) === ROBOT && path.length === (path[0] === ROBOTS ? 4 : 2);
+/** Returns the path of the robot that has a place: of several, with its planner. */
+export const robotPath = (path) => path.slice(0, path[0] === ROBOTS ? 2 : 1);
 const isWorldPart = (path) => path[0] === WORLD && path.length === 3;
 export const isOnMap = (path) => isPerson(path) || isGoal(path) || isRobotPlace(path) || isWorldPart(path);
 
@@ -55,8 +66,11 @@ export function worldLists(data) {
 /** Returns a short name for the part at a path. */
 export function nameOf(data, path) {
   if (isGoal(path)) return `goal ${path[3] + 1} of ${nameOf(data, path.slice(0, 2))}`;
-  if (keyOf(path) === keyOf(START)) return "robot";
-  if (keyOf(path) === keyOf(GOAL)) return "robot's goal";
+  if (isRobotPlace(path) && ["start", "goal"].includes(path.at(-1))) {
+    const name = path[0] === ROBOT ? ROBOT : nameOf(data, robotPath(path));
+    return path.at(-1) === "goal" ? `${name}'s goal` : name;
+  }
+  if (path[0] === ROBOTS && path.length > 2) return [nameOf(data, robotPath(path)), ...path.slice(2)].join(" ");
   const value = valueAt(data, path);
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {
@@ -75,6 +89,7 @@ export function moveOps(data, path, dx, dy) {
   const value = valueAt(data, path);
   if (isPoint(value)) return [["set", path, shifted(value, dx, dy)]];
   if (!value || typeof value !== "object") return [];
+  if (path[0] === ROBOTS) return ["start", "goal"].flatMap((name) => moveOps(data, [...path, ROBOT, name], dx, dy));
   const ops = [];
   for (const name of ["pose", "center", "point"]) {
     if (isPoint(value[name])) ops.push(["set", [...path, name], shifted(value[name], dx, dy)]);
@@ -162,7 +177,7 @@ export function boundsOf(data, outlines) {
     if (isPoint(person.pose)) points.push(person.pose);
     points.push(...goalsOf(person).map(({ at }) => at));
   }
-  for (const path of [START, GOAL]) {
+  for (const path of robotsOf(data).flatMap((it) => [startOf(it), goalOf(it)])) {
     const at = valueAt(data, path);
     if (isPoint(at)) points.push(at);
   }

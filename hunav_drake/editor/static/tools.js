@@ -1,6 +1,6 @@
 import { svg } from "./dom.js";
 import { keyOf, round, valueAt } from "./data.js";
-import { GOAL, START, goalsOf, isPerson, isPoint, nameOf, peopleOf, personPath } from "./things.js";
+import { goalOf, goalsOf, isPerson, isPoint, isRobotPlace, nameOf, peopleOf, personPath, robotsOf, startOf } from "./things.js";
 import { freeName, segmentAt } from "./changes.js";
 import { worldTools } from "./worldtools.js";
 import { scaleTool } from "./scaletool.js";
@@ -119,17 +119,24 @@ function goalTool(store) {
 }
 
 function robotTool(store, map, isGoal) {
-  const path = isGoal ? GOAL : START;
-  const words = isGoal ? "robot's goal" : "robot";
-  const opsFor = (pose) => [`Place the ${words}`, [["set", path, pose]]];
+  // Of several robots, it places the selected one.
+  const place = () => {
+    const chosen = store.selection.find(isRobotPlace)?.slice(0, -1) ?? robotsOf(store.data)[0];
+    return isGoal ? goalOf(chosen) : startOf(chosen);
+  };
+  const words = () => (robotsOf(store.data).length > 1 ? nameOf(store.data, place()) : `the ${isGoal ? "robot's goal" : "robot"}`);
   return {
     name: isGoal ? "robot-goal" : "robot",
     title: isGoal ? "Robot's goal" : "Robot",
     icon: isGoal ? "target" : "robot",
     key: isGoal ? "R" : "r",
-    hint: `Press at the place of the ${words}, and pull in its heading.`,
-    down(place) {
-      return pulled(store, map, place, opsFor, () => {
+    get hint() {
+      return `Press at the place of ${words()}, and pull in its heading.`;
+    },
+    down(at) {
+      const path = place();
+      const opsFor = (pose) => [`Place ${words()}`, [["set", path, pose]]];
+      return pulled(store, map, at, opsFor, () => {
         store.select([path]);
         store.tools.choose("select");
       });

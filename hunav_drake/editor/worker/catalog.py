@@ -4,7 +4,7 @@ import inspect
 import shutil
 from typing import Any
 
-from hunav_drake.report.plots.style import PALETTE
+from hunav_drake.report.plots.style import PALETTE, robot_styles
 from hunav_drake.scenario.json_schema import (
     described_schema,
     scenario_json_schema,
@@ -17,6 +17,7 @@ from hunav_drake.systems.crowd.motion_model import MotionModel
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.planning.planner import PlannerConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.palette import ROBOT_ACCENTS
 
 # The color of each behavior: those of the plots, but grays instead of black,
 # which would be invisible on a dark map.
@@ -35,6 +36,9 @@ def make_catalog() -> dict[str, Any]:
         "planners": _choices(PlannerConfig),
         "models": _choices(MotionModel),
         "robots": _choices(RobotConfig),
+        "robot_colors": [
+            it["color"] for it in robot_styles(len(ROBOT_ACCENTS))
+        ],
         "metrics": metric_entries(),
         "ready": True,
     }

@@ -6,6 +6,7 @@ from pathlib import Path
 import time
 from typing import Any
 
+import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
@@ -21,6 +22,7 @@ from hunav_drake.scenario import (
     draw_people,
 )
 from hunav_drake.scenario.error import ScenarioError
+from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import as_file_name
@@ -129,7 +131,8 @@ class Trials:
             self._channel.look()
             self._meshcat = StartMeshcatLocal()
             people = draw_people(scenario)
-            SetView(self._meshcat, scenario.world, people, scenario.robot)
+            robots = robots_of(scenario)
+            SetView(self._meshcat, scenario.world, people, robots)
             self._diagram = MakeTrialDiagram(scenario, self._meshcat)
             self._made_for = made_for
             self._channel.look()
@@ -196,9 +199,14 @@ class FrameSender:
         context = self.context
         if context is None:
             return
-        states, robot, status = (
+        several = self._diagram.HasOutputPort("robot_states")
+        states, robots, status = (
             self._diagram.GetOutputPort(name).Eval(context)
-            for name in ("human_states", "robot_state", "behavior_status")
+            for name in (
+                "human_states",
+                "robot_states" if several else "robot_state",
+                "behavior_status",
+            )
         )
         seconds = context.get_time()
         self._channel.send(
@@ -206,7 +214,7 @@ class FrameSender:
                 "kind": "frame",
                 "run": self._run,
                 "time": round(seconds, 3),
-                "robot": _poses(robot)[0],
+                "robots": _poses(robots),
                 "people": _poses(states),
                 "activities": [int(it) for it in status],
                 "progress": min(seconds / self._duration, 1.0),
@@ -236,15 +244,17 @@ def result_message(result: TrialResult) -> dict[str, Any]:
 
 
 def _paths(result: TrialResult) -> dict[str, Any]:
-    """Returns the poses of people and robot at some of the instants."""
+    """Returns the poses of people and robots at some of the instants."""
     recording = result.recording
+    robots = np.stack([it.robot for it in recording.robots], axis=1)
     count, people = recording.humans.shape[:2]
-    most = max(min(_MAX_INSTANTS, _MAX_NUMBERS // (3 * people + 3)), 2)
+    bodies = people + robots.shape[1]
+    most = max(min(_MAX_INSTANTS, _MAX_NUMBERS // (3 * bodies)), 2)
     every = max(-(-count // most), 1)
     chosen = sorted({*range(0, count, every), count - 1})
     return {
         "times": [round(float(recording.times[i]), 3) for i in chosen],
-        "robot": [_poses(recording.robot[i])[0] for i in chosen],
+        "robots": [_poses(robots[i]) for i in chosen],
         "people": [_poses(recording.humans[i].ravel()) for i in chosen],
     }
 

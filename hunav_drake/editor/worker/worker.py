@@ -31,7 +31,7 @@ class Worker:
     - catalog {schema, behaviors, planners, models, robots, metrics, ready}
     - checked {ticket, faults: [{path, message, uses}], models: {file: [...]}}
     - runs {revision, runs: [{run, seed, planner}]}
-    - frame {run, time, robot, people, activities, progress}
+    - frame {run, time, robots, people, activities, progress}
     - result {run, seed, planner, end_reason, message, end_time, metrics, ...},
       again when the files of the run are written
     - summary {rows: [{planner, metric, n, mean, low, high}]}

@@ -38,6 +38,19 @@ def recordings(data: Runs) -> dict[str, Recording]:
     }
 
 
+def robots_apart(runs: Mapping[str, Recording]) -> dict[str, Recording]:
+    """Returns runs with an entry for each robot until its end, by its name.
+
+    The name of a run is before those of its robots; a run with a single robot
+    is as it was.
+    """
+    return {
+        ", ".join(filter(None, (name, it.robot_name))): it.until_end()
+        for name, run in runs.items()
+        for it in run.robots
+    }
+
+
 def run_names(results: list[TrialResult]) -> list[str]:
     """Returns a short name for each result; no two are equal.
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hunav_drake.report.plots.approaches import NEAR, find_approaches, spans
-from hunav_drake.report.plots.runs import Runs, recordings
+from hunav_drake.report.plots.runs import Runs, recordings, robots_apart
 from hunav_drake.report.plots.style import (
     SMALL_SIZE,
     Axes,
@@ -11,6 +11,7 @@ from hunav_drake.report.plots.style import (
     line_styles,
     new_axes,
     note,
+    robot_styles,
     shown,
 )
 from hunav_drake.report.plots.zones import ZONES
@@ -38,7 +39,8 @@ def plot_distance_to_people(
     approach (see `find_approaches`), with the distance for a single run.
 
     Args:
-        data: One run, or several, with one line for each.
+        data: One run, or several, with one line for each, and for each of
+            several robots.
         near: The largest gap of an approach, in meters.
         ax: Where to draw; by default a new figure.
 
@@ -46,7 +48,7 @@ def plot_distance_to_people(
         TypeError: If the data are not runs.
         ValueError: If `near` is not positive.
     """
-    runs = recordings(data)
+    runs = robots_apart(recordings(data))
     ax = new_axes(ax, _HEIGHT)
     for zone in ZONES:
         if np.isfinite(zone.high):
@@ -141,7 +143,8 @@ def plot_robot_speed(
     times, in the color of each run.
 
     Args:
-        data: One run, or several, with one line for each.
+        data: One run, or several, with one line for each, and for each of
+            several robots.
         near: The gap below which a person is near, surface to surface, in
             meters.
         ax: Where to draw; by default a new figure.
@@ -152,7 +155,7 @@ def plot_robot_speed(
     """
     if not near > 0:
         raise ValueError(f"near must be positive, got {near}")
-    runs = recordings(data)
+    runs = robots_apart(recordings(data))
     ax = new_axes(ax, _HEIGHT)
     speeds = [run.features.forward_speed for run in runs.values()]
     low = min([0.0, *(float(s.min()) for s in speeds)])
@@ -198,10 +201,10 @@ def plot_robot_speed(
 
 
 def _styles(runs: dict[str, Recording]) -> list[dict[str, str]]:
-    """Returns the style of each run; a single one is black."""
-    black = {"color": "black", "ls": "-"}
-    styles = zip(runs, line_styles(len(runs)), strict=True)
-    return [style if name else black for name, style in styles]
+    """Returns the style of each run, or of each robot of a single one."""
+    if all(name == run.robot_name for name, run in runs.items()):
+        return robot_styles(len(runs))
+    return line_styles(len(runs))
 
 
 def _set_time_axis(ax: Axes, runs: dict[str, Recording]) -> None:

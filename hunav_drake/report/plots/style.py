@@ -5,6 +5,7 @@ from itertools import cycle, islice
 from typing import TYPE_CHECKING
 
 from hunav_drake.systems.behavior.profiles import BEHAVIORS
+from hunav_drake.systems.scene.palette import accent
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -49,6 +50,19 @@ def line_styles(count: int) -> list[dict[str, str]]:
     """Returns the color and dashes of each of some lines."""
     styles = ({"color": c, "ls": d} for d in cycle(_DASHES) for c in PALETTE)
     return list(islice(styles, count))
+
+
+def robot_styles(count: int) -> list[dict[str, str]]:
+    """Returns the color and dashes of each of several robots.
+
+    A single one is black; several have their colors in films.
+    """
+    if count == 1:
+        return [{"color": ROBOT, "ls": "-"}]
+    colors = [accent(k) for k in range(count)]
+    rows = [(c.r(), c.g(), c.b()) for c in colors]
+    codes = ["#" + bytes(round(255 * x) for x in row).hex() for row in rows]
+    return [{"color": code, "ls": "-"} for code in codes]
 
 
 def behavior_styles(behaviors: Iterable[str]) -> dict[str, dict[str, str]]:

@@ -18,6 +18,7 @@ from hunav_drake.report.plots.style import (
     legend_outside,
     line_styles,
     new_axes,
+    robot_styles,
     shown,
 )
 from hunav_drake.systems.common.arrays import Array
@@ -64,14 +65,15 @@ class _Label(NamedTuple):
 def plot_trajectories(
     data: Runs, *, mark_every: float | None = None, ax: Axes | None = None
 ) -> Axes:
-    """Draws the trajectories of the robot and the people on the map.
+    """Draws the trajectories of the robots and the people on the map.
 
     Discs show the start positions in true size, and the star is the goal. Dots
     mark equal time steps, with the time in seconds. With several runs each
     robot has a color, and the people of the first run are thin gray lines. In
-    a single run each person has a color; with more than six people each
-    behavior has one, and names are at the start positions if there is room.
-    Thick lines are recorded people whom the motion model moves.
+    a single run each person has a color, and each of several robots; with more
+    than six people each behavior has one, and names are at the start positions
+    if there is room. Thick lines are recorded people whom the motion model
+    moves.
 
     Args:
         data: One run, or several.
@@ -96,17 +98,23 @@ def plot_trajectories(
     ):
         draw_walls(ax, run.obstacles)
         if name:
-            _draw_path(ax, run.robot, label=shown(name), lw=1.4, **style)
+            for k, it in enumerate(run.robots):
+                label = None if k else shown(name)
+                _draw_path(ax, it.robot, label=label, lw=1.4, **style)
             for person in range(0 if i else run.num_humans):
                 states = run.humans[:, person]
                 _draw_path(ax, states, color=PEOPLE, lw=0.7, zorder=1)
-            labels += _mark_times(
-                ax, run.times, run.robot, every, color=style["color"]
-            )
+                labels += _mark_times(
+                    ax, it.times, it.robot, every, color=style["color"]
+                )
         else:
             labels += _draw_run(ax, run, every)
-        if run.goal is not None:
-            ax.plot(*run.goal[:2], "*", ms=9, mfc="white", mec="black", mew=0.8)
+        several = robot_styles(len(run.robots)) if run.others else []
+        for k, it in enumerate(run.robots):
+            if it.goal is not None:
+                face = "white" if name or not several else several[k]["color"]
+                star = {"ms": 9, "mfc": face, "mec": "black", "mew": 0.8}
+                ax.plot(*it.goal[:2], "*", **star)
     ax.plot([], [], "o", ms=3, color="0.4", label=f"every {every:g} s")
     ax.set(
         xlabel="x (m)",
@@ -128,9 +136,17 @@ def trajectories_height(data: Runs) -> float:
 
 def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
     """Draws a single run, with a color for each person or behavior."""
-    _draw_start(ax, run.robot, ROBOT)
-    _draw_path(ax, run.robot, color=ROBOT, lw=1.8, label="robot", zorder=3)
-    labels = _mark_times(ax, run.times, run.robot, every, color=ROBOT)
+    labels: list[_Label] = []
+    styles = robot_styles(len(run.robots))
+    for it, style in zip(run.robots, styles, strict=True):
+        _draw_start(ax, it.robot, style["color"])
+        name = shown(it.robot_name or "robot")
+        _draw_path(ax, it.robot, lw=1.8, label=name, zorder=3, **style)
+        # (It stands where it ended.)
+        part = it.until_end()
+        labels += _mark_times(
+            ax, part.times, part.robot, every, color=style["color"]
+        )
     many = run.num_humans > _MANY
     keys = run.behaviors if many else run.human_names
     names = list(dict.fromkeys(keys)) if many else list(keys)
@@ -250,12 +266,13 @@ def _bounds(runs: list[Recording]) -> tuple[Array, Array]:
     """Returns the corners of the map with a margin, in meters."""
     points = [np.zeros((0, 2))]
     for run in runs:
-        for states in (run.robot, run.humans.reshape(-1, run.humans.shape[-1])):
+        rows = [it.robot for it in run.robots]
+        for states in (*rows, run.humans.reshape(-1, run.humans.shape[-1])):
             center, radius = states[:, : Y + 1], states[:, RADIUS, None]
             points += [center - radius, center + radius]
         points.append(run.obstacles.segments.reshape(-1, 2))
-        if run.goal is not None:
-            points.append(np.array([run.goal[:2]]))
+        goals = [it.goal[:2] for it in run.robots if it.goal is not None]
+        points.append(np.array(goals).reshape(-1, 2))
     everything = np.concatenate(points)
     everything = everything[~np.isnan(everything[:, 0])]
     if not len(everything):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hunav_drake.report.plots.runs import Runs, recordings
+from hunav_drake.report.plots.runs import Runs, recordings, robots_apart
 from hunav_drake.report.plots.style import (
     SMALL_SIZE,
     Axes,
@@ -52,7 +52,8 @@ _NARROW = 9.0
 def plot_zones(data: Runs, *, ax: Axes | None = None) -> Axes:
     """Draws the share of time in each proxemic zone of the closest person.
 
-    Each run has a bar. The rest to 100 % is the time without people.
+    Each run has a bar, and each of several robots. The rest to 100 % is the
+    time without people.
 
     Args:
         data: One run, or several.
@@ -61,7 +62,7 @@ def plot_zones(data: Runs, *, ax: Axes | None = None) -> Axes:
     Raises:
         TypeError: If the data are not runs.
     """
-    runs = recordings(data)
+    runs = robots_apart(recordings(data))
     ax = new_axes(ax, zones_height(len(runs)))
     shares = np.array([zone_shares(run) for run in runs.values()])
     shares = shares.reshape(-1, len(ZONES))

@@ -29,9 +29,9 @@ from hunav_drake.systems.scene.palette import (
     PROXEMIC_RINGS,
     REACTION,
     RECORDED,
-    ROBOT_ACCENT,
     SCAN,
     TOPS,
+    accent,
 )
 from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
@@ -110,14 +110,24 @@ class Board:
         ]
         # The axes of the overview camera that tags face: right, up, back.
         self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
-        # A frame that moves with the (first) robot, for views that follow it.
-        self.robot = f"{PLACE}/overlay_robot"
         self._humans = tuple(humans)
         self.recorded = tuple(it.track is not None for it in humans)
 
     def OfPerson(self, overlay: Overlay, name: str) -> str:
         """Returns the path of an overlay that moves with a figure."""
         return f"{FIGURES}/{name}/base/overlay_{overlay}"
+
+    def Frame(self, robot: str) -> str:
+        """Returns the path of a frame that moves with a robot.
+
+        Views follow it, and it has the name tag of one of several robots.
+        """
+        path = f"{PLACE}/overlay_robot"
+        return f"{path}/{robot}" if robot else path
+
+    def NameOf(self, robot: str) -> str:
+        """Returns the path of the name tag of one of several robots."""
+        return f"{self.Frame(robot)}/overlay_names"
 
     def OfAll(self, overlay: Overlay, robot: str = "") -> str:
         """Returns the path of an overlay that does not move with a figure.
@@ -162,10 +172,10 @@ class Board:
                 for name, robot in self.robots.items()
                 if robot.goal is not None
             ]
-        names = [*self.names]
+        paths = [self.OfPerson(overlay, name) for name in self.names]
         if overlay == "names":
-            names += filter(None, self.robots)
-        return [self.OfPerson(overlay, name) for name in names]
+            paths += [self.NameOf(it) for it in self.robots if it]
+        return paths
 
     def Show(self, overlay: Overlay, visible: bool) -> None:
         """Shows or hides an overlay."""
@@ -187,17 +197,18 @@ class Board:
         for walker in self.walkers:
             radius, color = 0.06, TOPS[walker.row % len(TOPS)]
             if walker.is_robot:
-                radius, color = 0.07, ROBOT_ACCENT
+                radius, color = 0.07, accent(walker.row)
             for k in range(WALKED_DOTS):
                 self._AddDot(self.Walked(walker, k), radius, color)
-        for name in self.robots:
+        for i, name in enumerate(self.robots):
             for k in range(PLAN_DOTS):
-                self._AddDot(self.Plan(k, name), 0.045, PLAN)
+                plan = accent(i) if name else PLAN
+                self._AddDot(self.Plan(k, name), 0.045, plan)
             for k in range(num_scan_dots.get(name, 0)):
                 self._AddDot(self.Scan(k, name), 0.025, SCAN)
             if name:
-                self.meshcat.SetObject(self.Tag(name, 0), TagBoard(name))
-                path = self.OfPerson("names", name)
+                path = self.NameOf(name)
+                self.meshcat.SetObject(f"{path}/0", TagBoard(name))
                 self.meshcat.SetProperty(
                     path, "position", [0.0, 0.0, ROBOT_TAG_Z]
                 )

@@ -237,9 +237,9 @@ class OverlayPublisher(LeafSystem):
         every = max(round(WALKED_TIME / WALKED_DOTS / self._period), 1)
         if frame % every == 0:
             self._LayDots(time, frame // every, humans, robots, live=live)
-        if robots:
-            X_WB = upright(*robots[0][: YAW + 1])
-            board.meshcat.SetTransform(board.robot, X_WB, time)
+        for it, row in zip(self._robots, robots, strict=True):
+            X_WB = upright(*row[: YAW + 1])
+            board.meshcat.SetTransform(board.Frame(it.name), X_WB, time)
         if live:
             self._TurnTags(humans, robots)
         if frame % _FEW == 0:
@@ -291,19 +291,18 @@ class OverlayPublisher(LeafSystem):
         """Turns the name tags to the initial position of the camera."""
         board = self._board
         tagged = [
-            (name, row, TAG_Z)
+            (board.OfPerson("names", name), row, TAG_Z)
             for name, row in zip(board.names, humans, strict=True)
         ]
         tagged += [
-            (name, row, ROBOT_TAG_Z)
+            (board.NameOf(name), row, ROBOT_TAG_Z)
             for name, row in zip(board.robots, robots, strict=True)
             if name
         ]
-        for name, row, height in tagged:
+        for path, row, height in tagged:
             if not math.isnan(row[X]):
                 R_BW = RotationMatrix.MakeZRotation(-row[YAW])
                 X_BT = RigidTransform(R_BW @ board.R_WT, [0.0, 0.0, height])
-                path = board.OfPerson("names", name)
                 board.meshcat.SetTransform(path, X_BT)
 
     def _PublishPeople(

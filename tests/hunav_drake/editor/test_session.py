@@ -334,6 +334,28 @@ def test_fixes_of_keys(view):
     assert view.data["humans"][0]["desired_speed"] == 1.0
 
 
+def test_faults_of_several_robots_are_at_the_robot():
+    text = """\
+robots:
+  - name: anna
+    robot: {start: [0, 0, 0], goal: [3, 0, 0]}
+  - name: bob
+    robot: {start: [0.1, 0, 0]}
+"""
+    view = View(EditSession(text))
+    (fault,) = view.faults
+    assert fault["path"] == ["robots", 1, "robot", "start"]
+    assert fault["uses"] == [["robots", 0, "robot", "start"]]
+    assert fault["line"] == 5
+    places = [place for place, *_ in view.session.state.document.places()]
+    assert ("robots", 0, "robot", "goal") in places
+    view.edit(["set", ["robots", 1, "robot", "start"], [0, 2, 0]])
+    assert view.faults == []
+    view.edit(["set", ["robots", 1, "name"], "anna"])
+    view.edit(*view.faults[0]["fix"]["ops"])
+    assert view.data["robots"][1]["name"] == "anna_2"
+
+
 def test_broken_text_waits(view):
     text = TEXT + "simulation: ["
     answers = view.ask("text", text=text)

@@ -1,5 +1,7 @@
 """Plots of trials, and of comparisons."""
 
+from dataclasses import replace
+
 import matplotlib as mpl
 
 mpl.use("Agg")
@@ -32,6 +34,32 @@ from tests.hunav_drake.passing_trials import make_recording, make_result
 def drive_by(xs=(-3.0, 3.0), *, y=1.5, samples=61, **kwargs):
     """Returns a recording of 6 s, with a person at each x on the left."""
     return make_recording(xs, y=y, samples=samples, start=-3.0, **kwargs)
+
+
+def two_robots():
+    """Returns a recording in which bob drives behind anna, and ends at 4 s."""
+    first = drive_by((0.0,))
+    rows = first.robot - [1.0, 0, 0, 0, 0, 0, 0]
+    second = replace(first, robot=rows, robot_name="bob", end_time=4.0)
+    return replace(first, robot_name="anna", others=(second,))
+
+
+@pytest.mark.parametrize("plot", [plot_distance_to_people, plot_robot_speed])
+def test_each_robot_has_a_line_until_its_end(plot):
+    ax = plot(two_robots())
+    lines = {line.get_label(): line for line in ax.get_lines()}
+    assert lines["anna"].get_xdata()[-1] == 6.0
+    assert lines["bob"].get_xdata()[-1] == 4.0
+    assert lines["anna"].get_color() != lines["bob"].get_color()
+
+
+def test_each_robot_has_a_path_and_a_bar():
+    recording = two_robots()
+    assert {"anna", "bob"} <= set(legend_texts(plot_trajectories(recording)))
+    labels = plot_zones(recording).get_yticklabels()
+    assert [it.get_text() for it in labels] == ["anna", "bob"]
+    several = plot_zones({"a": recording, "b": drive_by()}).get_yticklabels()
+    assert [it.get_text() for it in several] == ["a, anna", "a, bob", "b"]
 
 
 def artists(ax, gid):

@@ -11,8 +11,10 @@ from hunav_drake.report.tables import number
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_table import ReadRuns
+from hunav_drake.scenario import LoadScenario
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.quantity_text import label_text, number_text, unit_text
+from hunav_drake.trial.simulation import RunTrial
 from tests import screenshot
 from tests.hunav_drake.passing_trials import (
     make_recording,
@@ -71,6 +73,28 @@ def test_a_trial_is_told_in_full(tmp_path):
     assert "all people regular scared unit" in text
     assert html.count("<svg") == 5
     assert "Watch the replay" not in html
+
+
+def test_each_of_several_robots_has_a_column(tmp_path):
+    scenario = LoadScenario(
+        data="""
+        robots:
+          - {name: anna, robot: {start: [-1, 0, 0], goal: [1, 0, 0]}}
+          - {name: bob, robot: {start: [1, 3, 0], goal: [2, 3, 0]}}
+        humans: [{name: luis, pose: [1, 4, 0], goals: [[1, 5]]}]
+        simulation: {duration: 2.0}
+        """
+    )
+    result = RunTrial(scenario)
+    html = WriteReport(result, tmp_path / "report.html").read_text()
+    text = visible(html)
+    assert "metric anna bob all robots unit" in text
+    lengths = [result.metrics[f"{it}.path_length"] for it in ("anna", "bob")]
+    wanted = " ".join(number(float(it), "m") for it in lengths)
+    assert f"path_length ↓ {wanted} m" in text
+    # The gap of luis to bob, the closest robot.
+    gap = result.metrics["bob.min_dist_to_people"]
+    assert f"luis regular \N{EN DASH} {number(float(gap))}" in text
 
 
 def test_many_trials_are_compared(tmp_path):

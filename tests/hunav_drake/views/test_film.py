@@ -7,12 +7,14 @@ import pytest
 from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.scenario import LoadScenario, SaveScenario
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.scene.palette import accent
 from hunav_drake.systems.scene.scene_config import OVERLAYS
 from hunav_drake.trial.simulation import RunTrial
 from hunav_drake.views import film as mut
 from hunav_drake.views.film_files import frame_times, gif_period
 from hunav_drake.views.film_overlays import FilmOverlays
 from hunav_drake.views.film_scene import FilmScene
+from hunav_drake.views.plan_view import PlanView
 from hunav_drake.views.recorded_trial import LoadRecordedTrial
 from tests.robot_models import FILES
 
@@ -51,7 +53,7 @@ def test_robot_and_people_are_seen_where_they_are(run, view):
     for time in (1.0, 1.5):
         shot = scene.Take()
         assert shot.time == pytest.approx(time)
-        humans, robot = trial.States(time)
+        humans, (robot,) = trial.States(time)
         (pixel,), _ = shot.camera.Project(np.array([[*robot[:2], 0.25]]))
         assert near(shot.image, pixel, (0.95, 0.95, 0.95)) > 15
         # Blue, orange and green are the shirts of the first three.
@@ -216,7 +218,7 @@ def test_a_recording_from_elsewhere_is_filmed_too(run, tmp_path):
     trial = LoadRecordedTrial(tmp_path / "other.npz")
     known = LoadRecordedTrial(run)
     assert [h.name for h in trial.humans] == [h.name for h in known.humans]
-    assert trial.robot.goal == pytest.approx(known.robot.goal)
+    assert trial.robots[""].goal == pytest.approx(known.robots[""].goal)
     np.testing.assert_allclose(
         trial.world.obstacles().segments, known.world.obstacles().segments
     )
@@ -234,14 +236,72 @@ def test_states_between_samples_turn_the_short_way():
     humans = np.stack([rows, np.full((2, 7), np.nan)], axis=1)
     recording = Recording(times=times, robot=rows, humans=humans)
     trial = mut.RecordedTrial(
-        recording=recording, world=None, humans=[], robot=None, scene=None
+        recording=recording, world=None, humans=[], robots={}, scene=None
     )
-    people, robot = trial.States(0.25)
+    people, (robot,) = trial.States(0.25)
     assert robot[0] == pytest.approx(0.5)
     assert robot[2] == pytest.approx(np.pi - 0.05)
     np.testing.assert_allclose(people[0], robot)
     assert np.isnan(people[1]).all()
-    assert trial.States(7.0)[1][0] == 2.0
+    assert trial.States(7.0)[1][0, 0] == 2.0
+
+
+FLEET = """
+robots:
+  - {name: anna, robot: {start: [-2, 0, 0], goal: [2, 0, 0]}}
+  - {name: bob, robot: {start: [2, 1, 3.14], goal: [-2, 1, 3.14]}}
+humans: [{pose: [0, -2, 0], goals: [[1, -2]]}]
+simulation: {duration: 1.0}
+"""
+
+
+@pytest.mark.parametrize("view", ["perspective", "plot"])
+def test_several_robots_have_names_and_colors(tmp_path, view):
+    scenario = LoadScenario(data=FLEET)
+    folder = WriteResult(
+        RunTrial(scenario),
+        tmp_path,
+        add=lambda folder: SaveScenario(scenario, folder / "scenario.yaml"),
+    )
+    trial = LoadRecordedTrial(folder)
+    _, robots = trial.States(1.0)
+    assert [*trial.robots] == ["anna", "bob"]
+    np.testing.assert_allclose(robots[:, 1], [0.0, 1.0], atol=0.1)
+    if view == "plot":
+        plan = PlanView(trial, [], SIZE)
+        image, named = (
+            np.asarray(PlanView(trial, shown, SIZE).Draw(1.0))
+            for shown in ([], ["names"])
+        )
+        (x_min, x_max), (y_min, y_max) = plan._limits
+        pixels = (robots[:, :2] - [x_min, y_max]) * (
+            SIZE[0] / (x_max - x_min),
+            SIZE[1] / (y_min - y_max),
+        )
+    else:
+        scene = FilmScene(trial, view, SIZE, start=1.0, step=0.1, shadows=False)
+        shot = scene.Take()
+        image, named = (
+            np.asarray(FilmOverlays(trial, shown).Draw(shot))
+            for shown in ([], ["names"])
+        )
+        tops = np.column_stack([robots[:, :2], [0.3, 0.3]])
+        pixels, _ = shot.camera.Project(tops)
+    for k, pixel in enumerate(pixels):
+        own, other = accent(k).rgba[:3], accent(1 - k).rgba[:3]
+        assert near(image, pixel, own) > 4 * near(image, pixel, other)
+        # The tag is above the robot.
+        x, y = (round(v) for v in pixel)
+        above = np.s_[max(y - 40, 0) : y, x - 20 : x + 20]
+        assert np.any(image[above] != named[above])
+
+
+def test_several_robots_of_a_recording_are_filmed_too(tmp_path):
+    recording = RunTrial(LoadScenario(data=FLEET)).recording
+    recording.save(tmp_path / "other.npz")
+    trial = LoadRecordedTrial(tmp_path / "other.npz")
+    goals = [robot.goal[:2] for robot in trial.robots.values()]
+    assert goals == [(2.0, 0.0), (-2.0, 1.0)]
 
 
 def test_times_of_frames():

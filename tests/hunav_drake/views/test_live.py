@@ -32,11 +32,12 @@ def click(meshcat, button):
 
 
 class Trial:
-    def __init__(self, meshcat):
+    def __init__(self, meshcat, **given):
         self.meshcat = meshcat
         meshcat.DeleteAddedControls()
         self.scenario = LoadScenario(
-            filename="crossing", overrides=["simulation.duration=0.5"]
+            **(given or {"filename": "crossing"}),
+            overrides=["simulation.duration=0.5"],
         )
         self.diagram = MakeTrialDiagram(self.scenario, meshcat)
         self.controls = mut.LiveControls(meshcat, self.scenario, self.diagram)
@@ -132,6 +133,32 @@ def test_the_camera_follows_the_robot_if_that_is_the_view(trial, monkeypatch):
         while not trial.controls.Watch(context):
             pass
         assert targets[-1][1][:2] == pytest.approx(robot.Eval(context)[:2])
+
+
+def test_the_camera_follows_one_robot_after_the_other(meshcat, monkeypatch):
+    trial = Trial(
+        meshcat,
+        data="{robots: [{name: anna, robot: {start: [0, 1, 0]}},"
+        " {name: bob, robot: {start: [0, 3, 0]}, sensors: [{type: lidar}]}]}",
+    )
+    assert "Show / hide: scan" in meshcat.GetButtonNames()
+    targets = []
+    monkeypatch.setattr(
+        type(meshcat),
+        "SetCameraPose",
+        lambda self, p_WC, p_WT: targets.append(p_WT[1]),
+    )
+    for y in (None, 1.0, 3.0):
+        click(meshcat, mut.VIEW)
+        trial.watch()
+        assert y is None or targets[-1] == pytest.approx(y)
+    for _ in range(2):
+        count = len(targets)
+        click(meshcat, mut.VIEW)
+        trial.watch()
+    # Not of a robot, so it stays.
+    trial.watch()
+    assert len(targets) == count + 1
 
 
 def test_it_waits_for_a_browser():

@@ -40,6 +40,33 @@ STATES = np.array(
 ROBOT_STATE = np.array([-3.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.35])
 
 
+def test_several_robots_have_names_goals_and_frames_of_their_own():
+    builder = DiagramBuilder()
+    meshcat = Meshcat(MeshcatParams(host="localhost"))
+    robots = {
+        name: DifferentialDriveConfig(start=(-3, y, 0), goal=(5, y, 0))
+        for name, y in (("anna", 0.0), ("bob", 2.0))
+    }
+    scene = AddScene(builder, World(), HUMANS, robots, meshcat=meshcat)
+    builder.ExportInput(scene.human_states, "human_states")
+    for name in robots:
+        port = f"{name}_robot_state"
+        builder.ExportInput(scene.system.GetInputPort(port), port)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    diagram.GetInputPort("human_states").FixValue(context, STATES.ravel())
+    for i, name in enumerate(robots):
+        row = ROBOT_STATE + np.eye(7)[1] * 2 * i
+        diagram.GetInputPort(f"{name}_robot_state").FixValue(context, row)
+    simulator.Initialize()
+    for name in robots:
+        frame = f"{mut.PLACE}/overlay_robot/{name}"
+        assert meshcat.HasPath(f"{frame}/overlay_names/0")
+        assert meshcat.HasPath(f"{mut.FIGURES}/{name}_goal")
+        assert meshcat.HasPath(f"{mut.PLACE}/overlay_plan/{name}/0")
+
+
 class RecordingMeshcat:
     """Records the properties set in a Meshcat, by path and name."""
 

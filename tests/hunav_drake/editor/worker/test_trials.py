@@ -81,7 +81,7 @@ def test_frames_show_everybody_and_how_far_it_is(done):
     assert len(frames) >= 2
     times = [it["time"] for it in frames]
     assert times == sorted(times)
-    assert frames[0]["robot"] == [-2.0, 0.0, 0.0]
+    assert frames[0]["robots"] == [[-2.0, 0.0, 0.0]]
     assert all(len(it["people"]) == 2 for it in frames)
     assert 0 <= frames[0]["progress"] <= frames[-1]["progress"] <= 1
     assert frames[-1]["time"] == channel.of("result")[0]["end_time"]
@@ -91,9 +91,28 @@ def test_paths_lead_from_start_to_end(done):
     channel, _ = done
     (result,) = channel.of("result")
     paths = result["paths"]
-    assert len(paths["times"]) == len(paths["robot"]) == len(paths["people"])
+    assert len(paths["times"]) == len(paths["robots"]) == len(paths["people"])
     assert paths["times"][-1] == pytest.approx(result["end_time"])
-    assert paths["robot"][0] == [-2.0, 0.0, 0.0]
+    assert paths["robots"][0] == [[-2.0, 0.0, 0.0]]
+
+
+def test_several_robots_are_in_all_frames_and_take_a_planner(tmp_path):
+    text = """
+    robots:
+      - {name: anna, robot: {start: [-2, 0, 0], goal: [2, 0, 0]}}
+      - {name: bob, robot: {start: [-2, 2, 0], goal: [2, 2, 0]}}
+    simulation: {duration: 1.0}
+    """
+    channel = FakeChannel()
+    message = _message(tmp_path, text=text, planner="pursuit")
+    Trials(channel).run(message)
+    (result,) = channel.of("result")
+    assert result["planner"] == "pursuit"
+    for robots in (
+        channel.of("frame")[0]["robots"],
+        result["paths"]["robots"][0],
+    ):
+        assert robots == [[-2.0, 0.0, 0.0], [-2.0, 2.0, 0.0]]
 
 
 def test_files_of_the_run_are_written(done):
