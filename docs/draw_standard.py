@@ -16,6 +16,7 @@ from PIL import Image
 from hunav_drake import LoadScenario
 from hunav_drake.runs import LoadSuite
 from hunav_drake.scenario import draw_people
+from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.scene.plan_walls import draw_walls
 
@@ -35,7 +36,7 @@ def first_goal(human: HumanConfig) -> np.ndarray | None:
 
 
 def draw_scenario(axes, name: str) -> None:
-    """Draws walls, people and robot from above, with what they head for."""
+    """Draws walls, people and robots from above, with what they head for."""
     scenario = LoadScenario(filename=name)
     draw_walls(axes, scenario.world.obstacles())
     places = []
@@ -57,14 +58,15 @@ def draw_scenario(axes, name: str) -> None:
                 },
             )
             places.append(goal)
-    start = np.array(scenario.robot.start[:2], dtype=float)
-    places.append(start)
-    axes.plot(*start, "s", color=ORANGE, ms=6, mew=0)
-    if scenario.robot.goal is not None:
-        goal = np.array(scenario.robot.goal[:2], dtype=float)
-        axes.plot(*goal, "*", color=GREEN, ms=10, mew=0)
-        axes.plot(*np.transpose([start, goal]), ":", color=ORANGE, lw=1)
-        places.append(goal)
+    for robot in robots_of(scenario).values():
+        start = np.array(robot.start[:2], dtype=float)
+        places.append(start)
+        axes.plot(*start, "s", color=ORANGE, ms=6, mew=0)
+        if robot.goal is not None:
+            goal = np.array(robot.goal[:2], dtype=float)
+            axes.plot(*goal, "*", color=GREEN, ms=10, mew=0)
+            axes.plot(*np.transpose([start, goal]), ":", color=ORANGE, lw=1)
+            places.append(goal)
     low = np.min(places, axis=0) - AROUND
     high = np.max(places, axis=0) + AROUND
     # All pictures are as wide as they are high.

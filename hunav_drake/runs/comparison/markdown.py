@@ -30,6 +30,20 @@ METRICS = (
     "social_work",
 )
 
+# Those of several robots with each other, and of each of them.
+FLEET_METRICS = (
+    "makespan",
+    "sum_of_costs",
+    "min_dist_between_robots",
+    "contacts_between_robots",
+    "deadlock_time",
+)
+OF_EACH_ROBOT = (
+    "min_dist_to_people",
+    "personal_space_intrusions",
+    "robot_on_person_collisions",
+)
+
 # The number of digits of a hash that are shown.
 _DIGITS = 12
 
@@ -87,6 +101,14 @@ def _counts(runs: pd.DataFrame, repetitions: int) -> str:
 
 def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
     names = [name for name in METRICS if name in runs]
+    if FLEET_METRICS[2] in runs and runs[FLEET_METRICS[2]].notna().any():
+        names = [name for name in FLEET_METRICS if name in runs]
+        names += [
+            name
+            for base in OF_EACH_ROBOT
+            for name in runs
+            if name.endswith(f".{base}") and runs[name].notna().any()
+        ]
     scenario, setting = runs.scenario.iloc[0], runs.setting.iloc[0]
     statistics = summarize(runs, "planner", metrics=names) if names else None
     heads = []

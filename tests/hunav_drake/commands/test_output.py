@@ -32,10 +32,11 @@ def test_a_run_prints_the_most_telling_metrics(hunav):
     _, out, _ = hunav("run", "passing", *SHORT)
     lines = out.splitlines()
     assert len(lines) < 22
-    for name in HEADLINE:
+    headline = [name for name in HEADLINE if name in COMMON_METRICS]
+    for name in headline:
         assert sum(line.split()[:1] == [name] for line in lines) == 1
     assert (
-        f"{len(COMMON_METRICS) - len(HEADLINE)} more metrics with --all"
+        f"{len(COMMON_METRICS) - len(headline)} more metrics with --all"
         in lines
     )
 
