@@ -77,7 +77,7 @@ def test_robots_are_added_moved_named_and_removed(open_editor):
     text = SMALL.replace("start: [-2, -2, 0]", "start: [-2, -1, 0]")
     editor = open_editor(text.replace("goal: [3, -2, 0]", "goal: [3, -1, 0]"))
     before = editor.session.text
-    add = editor.page.get_by_role("button", name="Add a robot")
+    add = editor.page.get_by_role("button", name="Add a robot beside")
     add.click()
     editor.wait(lambda it: len(at(it.data, ["robots"]) or ()) == 2)
     assert "robot" not in editor.session.data

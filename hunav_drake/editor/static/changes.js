@@ -1,5 +1,5 @@
 import { applied, isWithin, keyOf, samePath, valueAt } from "./data.js";
-import { ROBOT, ROBOTS, groupOf, isPerson, isRobotPlace, moveOps, nameOf, peopleOf, robotPath, robotsOf, startOf } from "./things.js";
+import { ROBOT, ROBOTS, groupOf, isPerson, isPoint, isRobotPlace, moveOps, nameOf, peopleOf, robotPath, robotsOf, startOf } from "./things.js";
 
 /**
  * Edits as operations on the parts at paths. None of them uses
@@ -105,7 +105,7 @@ export const selectable = (path) => (path[0] === ROBOTS ? startOf([...path, ROBO
  * path. A single robot becomes the first one of several, with its planner and
  * its sensors.
  */
-export function robotOps(data, defaults) {
+export function robotOps(data, defaults, outlines) {
   const ops = [];
   let list = data[ROBOTS] ?? [];
   if (!list.length) {
@@ -122,13 +122,14 @@ export function robotOps(data, defaults) {
   }
   const after = { ...data, [ROBOTS]: list };
   const last = list.length - 1;
-  // Away from all others.
+  // Below or above, away from other robots, and if possible from walls.
   const taken = robotsOf(after).map((it) => valueAt(after, startOf(it)) ?? [0, 0]);
-  const [x, y] = taken[last];
-  const room = 3 * (list[last].robot?.radius ?? defaults?.robot?.radius ?? 0.35);
-  let step = 1;
-  while (taken.some((it) => Math.hypot(it[0] - x, it[1] - y + step * room) < room)) step += 1;
-  const copy = duplicateOps(after, [{ list: [ROBOTS], value: list[last] }], 0, -step * room);
+  const radius = list[last].robot?.radius ?? defaults?.robot?.radius ?? 0.35;
+  const places = [taken[last], ...[list[last].robot?.goal].filter(isPoint)];
+  const steps = Array.from({ length: 2 * taken.length + 6 }, (_, i) => (i % 2 ? 3 : -3) * radius * (1 + Math.floor(i / 2)));
+  const isFree = (dy) => taken.every((it) => Math.hypot(it[0] - taken[last][0], it[1] - taken[last][1] - dy) >= 2.5 * radius);
+  const isClear = (dy) => isFree(dy) && places.every(([x, y]) => wallDistance(outlines, [x, y + dy]) > radius);
+  const copy = duplicateOps(after, [{ list: [ROBOTS], value: list[last] }], 0, steps.find(isClear) ?? steps.find(isFree));
   return { ops: [...ops, ...copy.ops], path: copy.paths[0] };
 }
 
@@ -176,7 +177,7 @@ export function resetOp(data, path) {
   return ["remove", path.slice(0, n)];
 }
 
-/** Returns the index at which to insert a place into a chain of points. */
+/** Returns the index at which to insert a place into a chain of points, and the distance to the chain. */
 export function segmentAt(points, [x, y]) {
   let best = { index: points.length, distance: Infinity };
   for (let i = 0; i + 1 < points.length; i++) {
@@ -187,6 +188,12 @@ export function segmentAt(points, [x, y]) {
     if (distance < best.distance) best = { index: i + 1, distance };
   }
   return best;
+}
+
+/** Returns the distance of a place to the nearest wall or piece of furniture. */
+function wallDistance(outlines, at) {
+  const solid = Object.values(outlines).filter((it) => it?.height > 0 && it.points?.length);
+  return Math.min(...solid.map(({ points, closed }) => segmentAt(closed ? [...points, points[0]] : points, at).distance));
 }
 
 /** Returns the corner nearest to a place within a distance, or null. */

@@ -19,7 +19,7 @@ export function partsOf(data) {
 
 /** Adds a robot, and selects it. */
 export function addRobot(store) {
-  const { ops, path } = robotOps(store.data, store.catalog.defaults);
+  const { ops, path } = robotOps(store.data, store.catalog.defaults, store.outlines);
   store.edit("Add a robot", ops);
   store.select([path]);
 }
