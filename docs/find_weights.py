@@ -40,14 +40,15 @@ from hunav_drake.validation.recorded import (
 AHEAD, TRUE, OLD_ADE, OLD_FDE = 0.02, 0.10, -0.15, -0.25
 
 # The ranges, of which logarithms are drawn evenly: weights, the push of two who
-# stand 0.5 m apart (in m/s^2), and the ratio of n' to n.
+# stand 0.5 m apart (in m/s^2), and the ratio of n' to n. Wider ones have few
+# draws that are near recorded people.
 RANGES = {
-    "gamma": (0.03, 0.14),
-    "push": (0.008, 0.6),
-    "lambda_importance": (1.0, 8.0),
-    "n": (1.5, 25.0),
-    "ratio": (0.7, 3.0),
-    "time_gap": (0.45, 1.0),
+    "gamma": (0.05, 0.09),
+    "push": (0.008, 0.3),
+    "lambda_importance": (2.0, 4.5),
+    "n": (2.0, 14.0),
+    "ratio": (1.0, 2.0),
+    "time_gap": (0.55, 1.0),
     "speed_matching": (0.3, 0.65),
 }
 MOST = 1000.0

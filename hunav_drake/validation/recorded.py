@@ -9,6 +9,7 @@ constant velocity does), which judges whether avoiding others is worth anything.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -336,17 +337,16 @@ def judge_recorded(
             )
             mean, final = errors.mean(axis=1), errors[:, -1]
             made = _joined(list(map(_sample, windows, futures)))
-            differences = [
-                _difference(getattr(made, name), getattr(real, name))
-                for name in ("nearest", "speeds", "accelerations", "collisions")
-            ]
             scores.append(
                 Score(
                     *(scene, name, goal, len(errors)),
                     (float(mean.mean()), *mean_interval(mean)),
                     (float(final.mean()), *mean_interval(final)),
                     _overlap(made),
-                    *differences,
+                    _difference(made.nearest, real.nearest),
+                    _difference(made.speeds, real.speeds),
+                    _difference(made.accelerations, real.accelerations),
+                    _difference(made.collisions, real.collisions),
                     _off_by_density(made, real),
                     made,
                 )
@@ -378,9 +378,12 @@ def speeds_by_density(sample: Sample) -> tuple[Array, Array]:
     """
     step = (sample.densities / _WIDTH).astype(int)
     counts = np.bincount(step)
+    means: Array = np.full(len(counts), np.nan)
     sums = np.bincount(step, weights=sample.speeds)
-    means = np.where(counts < _ENOUGH, np.nan, sums / np.maximum(counts, 1))
-    return (np.arange(len(counts)) + 0.5) * _WIDTH, means
+    enough = counts >= _ENOUGH
+    means[enough] = sums[enough] / counts[enough]
+    middles: Array = (np.arange(len(counts)) + 0.5) * _WIDTH
+    return middles, means
 
 
 def _off_by_density(one: Sample, other: Sample) -> float:
@@ -388,11 +391,8 @@ def _off_by_density(one: Sample, other: Sample) -> float:
     means = [speeds_by_density(it)[1] for it in (one, other)]
     common = min(map(len, means))
     off = np.abs(means[0][:common] - means[1][:common])
-    return (
-        float(off[np.isfinite(off)].mean())
-        if np.isfinite(off).any()
-        else np.nan
-    )
+    off = off[np.isfinite(off)]
+    return float(off.mean()) if len(off) else math.nan
 
 
 def sample_of(windows: Sequence[Array]) -> Sample:
