@@ -379,10 +379,10 @@ def speeds_by_density(sample: Sample) -> tuple[Array, Array]:
     step = (sample.densities / _WIDTH).astype(int)
     counts = np.bincount(step)
     means: Array = np.full(len(counts), np.nan)
-    sums = np.bincount(step, weights=sample.speeds)
+    sums: Array = np.bincount(step, weights=sample.speeds)
     enough = counts >= _ENOUGH
     means[enough] = sums[enough] / counts[enough]
-    middles: Array = (np.arange(len(counts)) + 0.5) * _WIDTH
+    middles = _WIDTH * (np.arange(len(counts), dtype=np.float64) + 0.5)
     return middles, means
 
 
