@@ -43,6 +43,13 @@ def add_validate_options(validate: argparse.ArgumentParser) -> None:
         " tracks`) and compare with constant velocity",
     )
     validate.add_argument(
+        "--body-radius",
+        type=float,
+        metavar="M",
+        help="with --tracks, the radius of people in meters (default: 0.2, a"
+        " disc as large as an adult from above)",
+    )
+    validate.add_argument(
         "--list", action="store_true", help="only list the cases"
     )
     validate.add_argument(
@@ -92,6 +99,8 @@ def _validate(options: argparse.Namespace) -> int:
         models = select_models(options.model)
         if options.tracks:
             return _judge(options, models)
+        if options.body_radius is not None:
+            raise ValueError("--body-radius: needs --tracks; add it")
         cases = select_cases(options.case)
     if options.list:
         width = max(map(len, cases))
@@ -132,6 +141,7 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
     from hunav_drake.systems.crowd import CrowdConfig
     from hunav_drake.systems.crowd.models import MOTION_MODELS
     from hunav_drake.validation.recorded import (
+        BODY,
         CrowdPrediction,
         constant_velocity,
         judge_recorded,
@@ -154,16 +164,17 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
         check_out(options.out, "")
     if options.markdown is not None:
         check_out(options.markdown.parent, "", "--markdown")
+    radius = BODY if options.body_radius is None else options.body_radius
     predictions: dict[str, Predict] = {"constant_velocity": constant_velocity}
     for model in models:
         config = CrowdConfig(model=MOTION_MODELS.make(model))
-        predictions[model] = CrowdPrediction(config)
+        predictions[model] = CrowdPrediction(config, radius=radius)
         if model == "social_force":
             predictions["no social force"] = CrowdPrediction(
-                config, {"social_factor": 0.0}
+                config, {"social_factor": 0.0}, radius=radius
             )
             predictions["hunav_drake_0.1"] = CrowdPrediction(
-                CrowdConfig(profile="hunav_drake_0.1")
+                CrowdConfig(profile="hunav_drake_0.1"), radius=radius
             )
     scenes: dict[str, list[Array]] = {}
     for file in options.tracks:

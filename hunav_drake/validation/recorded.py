@@ -9,6 +9,7 @@ constant velocity does), which judges whether avoiding others is worth anything.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -39,8 +40,11 @@ STEP, PAST, FUTURE = 0.4, 8, 12
 
 # The time step of the models, in seconds, a part of STEP.
 _TIME_STEP = 0.1
-# The radius of people, in meters; bodies nearer than twice _BODY overlap.
-_RADIUS, _BODY = 0.25, 0.2
+# The radius of people, in meters: a disc of the 0.113 m^2 (in summer 0.1, in
+# winter 0.125) that an adult takes from above (Predtechenskii and Milinskii
+# 1978) has 0.19 m (0.18, 0.2). In the cases of `hunav validate` it is the same.
+# Bodies nearer than twice that overlap.
+BODY = 0.2
 # Who is slower has no goal, in m/s.
 _STANDS = 0.15
 # How much faster than they want people can walk; and at least so fast, in m/s.
@@ -51,6 +55,9 @@ _BEYOND = 3.0
 _AHEAD = 20.0
 # Only pairs that are nearer count for times to collision, in meters and s.
 _NEAR, _SOON = 5.0, 5.0
+# The local density is that of others who are nearer, in meters; the width of
+# its steps, in persons/m^2, and the least number of samples in one.
+_AROUND, _WIDTH, _ENOUGH = 2.0, 0.25, 20
 
 Goal = Literal["true", "ahead"]
 Predict = Callable[[Array, Goal], Array]
@@ -62,12 +69,14 @@ class Sample(NamedTuple):
     Attributes:
         nearest: The distances to the nearest person, in meters.
         speeds: In m/s.
+        densities: Of others within 2 m, for each speed, in persons/m^2.
         accelerations: Their sizes, in m/s^2.
         collisions: The times to collision up to 5 s, in seconds.
     """
 
     nearest: Array
     speeds: Array
+    densities: Array
     accelerations: Array
     collisions: Array
 
@@ -90,6 +99,9 @@ class Score(NamedTuple):
         speeds: Of speeds.
         accelerations: Of the sizes of accelerations.
         collisions: Of times to collision up to 5 s.
+        by_density: How far the mean speed at a local density is from the
+            recorded one, the mean over densities, in m/s: see
+            `speeds_by_density`.
         sample: What the predicted people do.
     """
 
@@ -104,6 +116,7 @@ class Score(NamedTuple):
     speeds: float
     accelerations: float
     collisions: float
+    by_density: float
     sample: Sample
 
 
@@ -172,6 +185,7 @@ class CrowdPrediction:
         config: CrowdConfig,
         weights: Mapping[str, float] | None = None,
         obstacles: Obstacles | None = None,
+        radius: float = BODY,
     ) -> None:
         """Constructs a CrowdPrediction.
 
@@ -180,8 +194,10 @@ class CrowdPrediction:
             weights: Names of `people.parameters.PARAMETERS`, and their values
                 for everybody; by default, those of people.
             obstacles: The walls; none by default.
+            radius: That of people, in meters.
         """
         self._obstacles = obstacles
+        self._radius = radius
         self._config = config
         self._weights = weights or {}
 
@@ -219,7 +235,7 @@ class CrowdPrediction:
                 pose=(x, y, 0.0),
                 desired_speed=float(v),
                 max_speed=float(m),
-                radius=_RADIUS,
+                radius=self._radius,
             )
             for (x, y), v, m in zip(now.tolist(), speed, most, strict=True)
         ]
@@ -261,27 +277,31 @@ def _sample(window: Array, future: Array) -> Sample:
     velocities = np.diff(path, axis=1) / STEP
     changes = np.diff(velocities, axis=1) / STEP
     nearest, collisions = [np.zeros(0)], [np.zeros(0)]
+    densities = np.zeros(future.shape[:2])
     for k in range(FUTURE if len(window) > 1 else 0):
         here, moving = future[:, k], velocities[:, k + 1]
         away = cdist(here, here)
         np.fill_diagonal(away, np.inf)
         nearest.append(away.min(axis=1))
+        around = (away < _AROUND).sum(axis=1)
+        densities[:, k] = around / (np.pi * _AROUND**2)
         a, b = np.nonzero(np.triu(away < _NEAR))
         times = _times_to_collision(here[b] - here[a], moving[b] - moving[a])
         collisions.append(times[times <= _SOON])
     return Sample(
         np.concatenate(nearest),
         np.hypot(*velocities[:, 1:].reshape(-1, 2).T),
+        densities.ravel(),
         np.hypot(*changes.reshape(-1, 2).T),
         np.concatenate(collisions),
     )
 
 
 def _times_to_collision(offset: Array, velocity: Array) -> Array:
-    """Returns when discs of _BODY touch if they go on; infinite if never."""
+    """Returns when discs of BODY touch if they go on; infinite if never."""
     a = (velocity**2).sum(axis=1)
     b = (offset * velocity).sum(axis=1)
-    c = (offset**2).sum(axis=1) - (2 * _BODY) ** 2
+    c = (offset**2).sum(axis=1) - (2 * BODY) ** 2
     inside = b * b - a * c
     meets = (b < 0) & (inside >= 0) & (c > 0)
     times: Array = np.full(len(offset), np.inf)
@@ -317,16 +337,17 @@ def judge_recorded(
             )
             mean, final = errors.mean(axis=1), errors[:, -1]
             made = _joined(list(map(_sample, windows, futures)))
-            nearest, speeds, accelerations, collisions = map(
-                _difference, made, real
-            )
             scores.append(
                 Score(
                     *(scene, name, goal, len(errors)),
                     (float(mean.mean()), *mean_interval(mean)),
                     (float(final.mean()), *mean_interval(final)),
                     _overlap(made),
-                    *(nearest, speeds, accelerations, collisions),
+                    _difference(made.nearest, real.nearest),
+                    _difference(made.speeds, real.speeds),
+                    _difference(made.accelerations, real.accelerations),
+                    _difference(made.collisions, real.collisions),
+                    _off_by_density(made, real),
                     made,
                 )
             )
@@ -338,7 +359,7 @@ def _joined(samples: list[Sample]) -> Sample:
 
 
 def _overlap(sample: Sample) -> float:
-    near = sample.nearest < 2 * _BODY
+    near = sample.nearest < 2 * BODY
     return float(near.mean()) if len(near) else 0.0
 
 
@@ -347,6 +368,31 @@ def _difference(one: Array, other: Array) -> float:
     if not len(one) or not len(other):
         return float("nan")
     return float(ks_2samp(one, other).statistic)
+
+
+def speeds_by_density(sample: Sample) -> tuple[Array, Array]:
+    """Returns local densities, in persons/m^2, and mean speeds there, in m/s.
+
+    Densities are the middles of steps of 0.25 persons/m^2; those with less than
+    20 samples have the mean speed NaN.
+    """
+    step = (sample.densities / _WIDTH).astype(int)
+    counts = np.bincount(step)
+    means: Array = np.full(len(counts), np.nan)
+    sums: Array = np.bincount(step, weights=sample.speeds)
+    enough = counts >= _ENOUGH
+    means[enough] = sums[enough] / counts[enough]
+    middles = _WIDTH * (np.arange(len(counts), dtype=np.float64) + 0.5)
+    return middles, means
+
+
+def _off_by_density(one: Sample, other: Sample) -> float:
+    """Returns `Score.by_density`; NaN without any common density."""
+    means = [speeds_by_density(it)[1] for it in (one, other)]
+    common = min(map(len, means))
+    off = np.abs(means[0][:common] - means[1][:common])
+    off = off[np.isfinite(off)]
+    return float(off.mean()) if len(off) else math.nan
 
 
 def sample_of(windows: Sequence[Array]) -> Sample:

@@ -14,7 +14,7 @@ from hunav_drake.report.plots.style import (
     set_text_sizes,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.validation.recorded import Sample
+from hunav_drake.validation.recorded import Sample, speeds_by_density
 
 _LABELS = {
     "nearest": "distance to the nearest person (m)",
@@ -28,7 +28,7 @@ _FARTHEST = 4.0
 
 
 def draw_samples(real: Sample, made: Mapping[str, Sample]) -> str:
-    """Returns a picture (SVG) of four cumulative distributions.
+    """Returns a picture (SVG) of four distributions and of speeds by density.
 
     The recording is black; `made` are the samples by the name of the model.
     """
@@ -37,12 +37,12 @@ def draw_samples(real: Sample, made: Mapping[str, Sample]) -> str:
 
     # Equal drawings give equal files.
     with mpl.rc_context({"svg.hashsalt": "recorded"}):
-        drawing = Figure(figsize=(2 * COLUMN, 1.7 * COLUMN))
+        drawing = Figure(figsize=(3 * COLUMN, 1.7 * COLUMN))
         drawing.set_layout_engine("constrained")
         styles = line_styles(len(made))
-        for ax, (name, label) in zip(
-            drawing.subplots(2, 2).flat, _LABELS.items(), strict=True
-        ):
+        *axes, by_density, unused = drawing.subplots(2, 3).flat
+        unused.remove()
+        for ax, (name, label) in zip(axes, _LABELS.items(), strict=True):
             for (model, sample), style in zip(
                 made.items(), styles, strict=True
             ):
@@ -54,6 +54,16 @@ def draw_samples(real: Sample, made: Mapping[str, Sample]) -> str:
             ax.set(xlabel=label, ylabel="share", xlim=(0, 1.15 * high))
             ax.set_ylim(0, 1)
             set_text_sizes(ax)
+        for (model, sample), style in zip(made.items(), styles, strict=True):
+            by_density.plot(
+                *speeds_by_density(sample), label=model, lw=1, **style
+            )
+        by_density.plot(*speeds_by_density(real), lw=1.8, color="black")
+        by_density.set(
+            xlabel="local density (persons/m²)", ylabel="speed (m/s)"
+        )
+        by_density.set_ylim(bottom=0)
+        set_text_sizes(by_density)
         handles, labels = ax.get_legend_handles_labels()
         drawing.legend(
             handles,

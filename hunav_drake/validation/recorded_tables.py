@@ -17,17 +17,19 @@ _GOALS = {
 
 _HEADS = (
     *("model", "ADE (m)", "FDE (m)", "overlap (%)"),
-    *("nearest", "speed", "accel.", "collision"),
+    *("nearest", "speed", "accel.", "collision", "by density (m/s)"),
 )
 
 _LEGEND = (
     "ADE and FDE are the mean and the last distance from the recording over"
     " 4.8 s, with intervals of 95 % over paths. Overlap is the share of persons"
-    " and samples whose body (0.2 m) overlaps another's. The other columns tell"
+    " and samples whose body (0.2 m) overlaps another's. The next columns tell"
     " how the distances to the nearest person, the speeds, the accelerations"
     " and the times to collision are distributed otherwise than in the"
     " recording: the Kolmogorov-Smirnov statistic, 0 for equal, 1 for"
-    " disjoint."
+    " disjoint. The last one is how far the mean speed at a local density"
+    " (others within 2 m, in steps of 0.25 persons/m²) is from the recorded"
+    " one, on average over densities."
 )
 
 
@@ -48,7 +50,7 @@ def _cells(score: Score, *, intervals: bool) -> list[str]:
             _number,
             (
                 *(score.nearest, score.speeds),
-                *(score.accelerations, score.collisions),
+                *(score.accelerations, score.collisions, score.by_density),
             ),
         ),
     ]

@@ -74,6 +74,10 @@ class CrowdConfig:
     them, in meters, where there is room: people with a robot in the way, within
     3 m, walk past it. 0 leaves it to the forces, as in HuNavSim."""
 
+    robots_behind: StrictBool = True
+    """Whether people keep that gap also to robots that come from behind; else
+    only forces and bodies move them out of the way, as in version 0.1."""
+
     standing: StrictBool = True
     """Whether people without a goal, or at it, stand: they stop, only strong
     forces and bodies move them, and they come back."""

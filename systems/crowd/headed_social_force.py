@@ -260,6 +260,11 @@ class HeadedSocialForceModel(MotionModel):
     """Share of the speed of the person ahead that is added to the speed that
     the time gap allows: see `SocialForceModel`."""
 
+    passing_speed: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.3
+    """Least speed that the time gap leaves people behind others who stand, in
+    m/s: those who touch them walk around them: see
+    `SocialForceModel`."""
+
     follows: ClassVar[bool] = True
 
     def forces(self, snapshot: Snapshot) -> Array:

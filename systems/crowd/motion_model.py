@@ -79,8 +79,9 @@ class MotionModel(ABC):
 
     Attributes:
         follows: Whether people are made to follow each other at the model's
-            `time_gap`, in seconds, with its `speed_matching`: see
-            `bodies.time_gap`. It is False for models that do so themselves.
+            `time_gap`, in seconds, with its `speed_matching` and
+            `passing_speed`: see `bodies.time_gap`. It is False for models that
+            do so themselves.
         keeps_radii: Whether people keep their radii clear of each other, and
             not only their bodies, where they pass in a door.
         uses_weights: The people for whom the factors of goal, obstacles and

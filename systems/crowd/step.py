@@ -122,9 +122,9 @@ class CrowdStep:
         self.radii.setflags(write=False)
         self._turns = _turns(humans, model)
         self._bodies = Bodies(humans, obstacles, config)
-        self._time_gap, self._speed_matching = (
+        self._time_gap, self._speed_matching, self._passing_speed = (
             getattr(model, name) if model.follows else 0.0
-            for name in ("time_gap", "speed_matching")
+            for name in ("time_gap", "speed_matching", "passing_speed")
         )
         self._adaptation = Adaptation(
             self.radii, self._bodies.radii, obstacles, config
@@ -150,6 +150,7 @@ class CrowdStep:
             error=model.error_bound,
             time_gap=self._time_gap,
             matching=self._speed_matching,
+            passing=self._passing_speed,
             time_step=self._time_step,
             iterations=ITERATIONS,
         )
@@ -264,7 +265,7 @@ class CrowdStep:
         if self._time_gap > 0:
             wanted, eased = keep_time_gap(
                 *(values, self._bodies.radii, wanted, parameters, eased),
-                *(self._time_gap, self._speed_matching),
+                *(self._time_gap, self._speed_matching, self._passing_speed),
             )
         eased.setflags(write=False)
         # (A waypoint does not move when people or goals do.)

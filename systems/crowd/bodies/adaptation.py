@@ -59,6 +59,7 @@ class _Rules(NamedTuple):
         turns: Whether people let others out of narrow passages: 1 or 0.
         parts: Whether groups part: 1 or 0.
         robot_gap: The gap to robots that people pass, in meters; 0 for none.
+        behind: Whether robots that come from behind count, too: 1 or 0.
         margin: See `ease`, like the next ones.
         narrowest: In meters.
         reach: In meters.
@@ -69,6 +70,7 @@ class _Rules(NamedTuple):
     turns: float
     parts: float
     robot_gap: float
+    behind: float
     margin: float
     narrowest: float
     reach: float
@@ -116,6 +118,7 @@ class Adaptation:
             turns=planned and config.keep_apart and config.keep_out_of_walls,
             parts=config.groups_part,
             robot_gap=config.robot_gap,
+            behind=config.robots_behind,
             margin=getattr(model, "safety_margin", 0.0),
             narrowest=2 * routes.sight,
             reach=config.obstacle_range,
@@ -231,6 +234,6 @@ def _adapted(
     if p.robot_gap > 0 and len(robots) > 0:
         wanted, felt = pass_robots(
             *(states, sizes[:, 1].copy(), wanted, command, parameters),
-            *(robots, felt, table, p.robot_gap),
+            *(robots, felt, table, p.robot_gap, p.behind),
         )
     return wanted.ravel(), felt

@@ -56,7 +56,7 @@ _TIME, _BESIDE, _CLEAR, _ACROSS, _PAST = range(5)
 
 
 @jit
-def _find(i, states, way, body, goal, robots, walls, gap, rows):
+def _find(i, states, way, body, goal, robots, walls, gap, behind, rows):
     """Writes the robots on a person's way to `rows`; returns their number.
 
     The arguments are those of `pass_robots`, with the way (ex, ey, length,
@@ -75,16 +75,23 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
         vy = robots[j, VY]
         ahead = dx * ex + dy * ey
         closing = speed - (vx * ex + vy * ey)
+        least = body + robots[j, RADIUS]
+        overtakes = behind != 0 and closing < 0 and ahead < least
+        if overtakes:
+            # Soon beside each other; while they are, the time is now.
+            if ahead + least < closing * _HORIZON:
+                continue
+            time = max(ahead / closing, 0.0)
         # Abreast before the waypoint, and ever.
-        if ahead <= 0 or ahead * speed >= closing * length:
+        elif ahead <= 0 or ahead * speed >= closing * length:
             continue
-        time = ahead / closing
+        else:
+            time = ahead / closing
         across = ex * vy - ey * vx
         expected = min(time, _HORIZON)
-        clear = body + robots[j, RADIUS] + gap
+        clear = least + gap
         # The clearance is at most that at the goal, which could not be reached
         # otherwise; and nobody passes a robot that is on the goal.
-        least = body + robots[j, RADIUS]
         at_goal = math.hypot(
             robots[j, X] + expected * vx - goal[Command.GOAL_X],
             robots[j, Y] + expected * vy - goal[Command.GOAL_Y],
@@ -101,7 +108,7 @@ def _find(i, states, way, body, goal, robots, walls, gap, rows):
         # A crossing robot is nearest before or after it is abreast.
         rows[count, _CLEAR] = clear * min(math.hypot(1.0, across / closing), 2)
         rows[count, _ACROSS] = across
-        rows[count, _PAST] = min(least * speed / closing, _NOTICED)
+        rows[count, _PAST] = min(least * speed / abs(closing), _NOTICED)
         count += 1
     return count
 
@@ -178,20 +185,41 @@ def _lane(rows, count, usual, left, right):
 
 @late_as(
     numba.types.UniTuple(float64[:, ::1], 2),
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, MATRIX, MATRIX, WALLS, REAL),
+    *(
+        MATRIX,
+        VECTOR,
+        MATRIX,
+        MATRIX,
+        MATRIX,
+        MATRIX,
+        MATRIX,
+        WALLS,
+        REAL,
+        REAL,
+    ),
 )
 def pass_robots(
-    states, bodies, command, goals, parameters, robots, at_walls, table, gap
+    states,
+    bodies,
+    command,
+    goals,
+    parameters,
+    robots,
+    at_walls,
+    table,
+    gap,
+    behind,
 ):
     """Returns commands and `at_walls` of people in view of robots.
 
-    Only robots count that are 3 m away at most, ahead, not behind a wall, and
-    pedestrians to the person. If one that keeps its velocity would come nearer
-    than `gap` (in meters) to the body of a person who walks straight on, the
-    person's goal is turned aside, so that the gap is left: to the nearer side,
-    to the right if in doubt, behind rather than ahead of a crossing robot, and
-    where there is room. Meanwhile, no group pulls. `command` has waypoints for
-    goals, `goals` the goals themselves.
+    Only robots count that are 3 m away at most, ahead (or about to overtake, if
+    `behind` is not 0), not behind a wall, and pedestrians to the person. If one
+    that keeps its velocity would come nearer than `gap` (in meters) to the body
+    of a person who walks straight on, the person's goal is turned aside, so
+    that the gap is left: to the nearer side, to the right if in doubt, behind
+    rather than ahead of a crossing robot, and where there is room. Meanwhile,
+    no group pulls. `command` has waypoints for goals, `goals` the goals
+    themselves.
     """
     wanted = command.copy()
     felt = at_walls.copy()
@@ -217,7 +245,7 @@ def pass_robots(
         body = bodies[i]
         count = _find(
             *(i, states, (ex, ey, length, speed), body, goals[i]),
-            *(robots, walls, gap, rows),
+            *(robots, walls, gap, behind, rows),
         )
         # Of those in the way, the first one that the person meets.
         first = -1

@@ -20,7 +20,7 @@ from hunav_drake.systems.people.parameters import EPSILON
 # Half the width of the lane ahead, in sums of the radii of two bodies.
 LANE = 0.7
 
-# The least speed behind others, in m/s: people who stand ahead are passed.
+# The least speed behind others who walk, in m/s.
 SLOWEST = 0.02
 
 # People whose directions differ by more than 120 degrees meet head-on.
@@ -42,7 +42,9 @@ SLIM, SOFT = 0.12, 0.2
 
 
 @jit
-def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
+def _look_ahead(
+    pairs, states, ways, bodies, time_gap, matching, passing, wanted, room
+):
     """Adapts both people of each pair to each other.
 
     Array `wanted` receives the desired speeds, and `room` the gap to an
@@ -66,7 +68,9 @@ def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
                     room[i, 1] = ex * dy - ey * dx
                 continue
             along = states[j, VX] * ex + states[j, VY] * ey
-            speed = max(gap / time_gap + matching * max(along, 0.0), SLOWEST)
+            stands = ways[j, 0] == 0 and ways[j, 1] == 0
+            least = passing if stands else SLOWEST
+            speed = max(gap / time_gap + matching * max(along, 0.0), least)
             wanted[i, Command.DESIRED_SPEED] = min(
                 wanted[i, Command.DESIRED_SPEED], speed
             )
@@ -74,9 +78,11 @@ def _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room):
 
 @late_as(
     numba.types.Tuple((*(float64[:, ::1],) * 2, numba.int64[:, ::1], float64)),
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL, REAL),
 )
-def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
+def follow(
+    states, bodies, command, parameters, at_walls, time_gap, matching, passing
+):
     """Returns the result of `keep_time_gap`, and the pairs that it examined.
 
     They are all pairs of people whose bodies are less than twice a distance
@@ -104,7 +110,10 @@ def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
     for i in range(n):
         reach[i] = bodies[i] + ahead
     pairs = near_pairs(states[:, X], states[:, Y], reach)
-    _look_ahead(pairs, states, ways, bodies, time_gap, matching, wanted, room)
+    _look_ahead(
+        *(pairs, states, ways, bodies),
+        *(time_gap, matching, passing, wanted, room),
+    )
     for i in range(n):
         if room[i, 0] < _PASSING:
             doubt = DOUBT * np.sign(parameters[i, EPSILON])
@@ -123,10 +132,10 @@ def follow(states, bodies, command, parameters, at_walls, time_gap, matching):
 
 @jit_as(
     numba.types.UniTuple(float64[:, ::1], 2),
-    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL),
+    *(MATRIX, VECTOR, MATRIX, MATRIX, MATRIX, REAL, REAL, REAL),
 )
 def keep_time_gap(
-    states, bodies, command, parameters, at_walls, time_gap, matching
+    states, bodies, command, parameters, at_walls, time_gap, matching, passing
 ):
     """Returns commands and `at_walls` of people in view of others.
 
@@ -134,9 +143,12 @@ def keep_time_gap(
     between the bodies and the speed v of the nearest person ahead in the own
     lane who is not oncoming. An oncoming person is passed: the goal is turned
     aside, mostly to the right, and the shoulders are turned, so that walls
-    push less. The time gap is above 0, in seconds.
+    push less. The time gap is above 0, in seconds. Behind who has nowhere to
+    go, the desired speed stays at least `passing`, in m/s, so that people whose
+    bodies touch get around.
     """
     wanted, felt, _, _ = follow(
-        states, bodies, command, parameters, at_walls, time_gap, matching
+        *(states, bodies, command, parameters, at_walls),
+        *(time_gap, matching, passing),
     )
     return wanted, felt

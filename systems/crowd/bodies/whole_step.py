@@ -52,6 +52,7 @@ class Numbers(NamedTuple):
         error: See `fast_social_forces`.
         time_gap: That between people, in seconds; 0 for none.
         matching: The share of others' speed that is added.
+        passing: The least speed behind people who stand, in m/s.
         time_step: In seconds.
         iterations: Those of `keep_apart`.
     """
@@ -67,6 +68,7 @@ class Numbers(NamedTuple):
     error: float
     time_gap: float
     matching: float
+    passing: float
     time_step: float
     iterations: float
 
@@ -136,7 +138,7 @@ def begin(states_of_all, commands, robot_states, weights, eased, sizes, p):
     if holds and p.time_gap > 0:
         wanted, felt, pairs, known = follow(
             *(states, bodies, wanted, parameters, felt),
-            *(p.time_gap, p.matching),
+            *(p.time_gap, p.matching, p.passing),
         )
     return Begun(
         *(states, command, wanted, parameters, robots, radii, felt),

@@ -56,6 +56,10 @@ class SocialForceModel(MotionModel):
     """Share of the speed of the person ahead that is added to the speed that
     the time gap allows. The default fits measurements, as above."""
 
+    passing_speed: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.3
+    """Least speed that the time gap leaves people behind others who stand, in
+    m/s: those who touch them walk around them. In version 0.1 it was 0.02."""
+
     robot_obstacle_radius: Annotated[StrictFloat, within(0, 5, "m")] = 0.0
     """With the kernel "hunavsim": radius of a robot's body that pushes people
     who do not react to it as a wall does, in meters; 0 for none. In Gazebo,

@@ -293,6 +293,7 @@ def wanted(
     role=RobotRole.PEDESTRIAN,
     walls=NO_WALLS,
     more=(),
+    behind=True,
     **command,
 ):
     """Returns which way, in radians, a person at the origin wants to walk."""
@@ -317,6 +318,7 @@ def wanted(
         np.array([[0.35, 10.0]]),
         walls.table,
         0.6,
+        float(behind),
     )
     # Walls are felt as by who turns the shoulders, and no group pulls.
     passes = bool((after != row).any())
@@ -341,10 +343,30 @@ def test_the_lane_is_taken_on_half_of_the_way():
     )
 
 
+def test_people_make_way_for_robots_from_behind():
+    # Abreast in a second: 1.2 m off the robot's center.
+    robot = at(-1, 0.9, SPEED + 1)
+    assert math.isclose(wanted(robot), -math.asin((1.2 - 0.9) / (SPEED / 2)))
+    assert wanted(robot, behind=False) == 0.0
+    # And while they are beside each other.
+    assert wanted(at(0.5, 0.9, SPEED + 1)) < 0
+
+
+@pytest.mark.parametrize("beside", [-0.5, -0.2, 0.3, 0.6])
+def test_a_robot_that_overtakes_is_given_room(beside):
+    meeting = [Meeting(beside=beside, course=0.0, speed=1.8)]
+    (gap,), (there,) = gaps(meeting)
+    (grazed,), _ = gaps(meeting, robots_behind=False)
+    assert gap > max(grazed, 0.3)
+    assert there < 13.5
+
+
 LET_BE = {
     "far away": {"robot": at(3.1, 0)},
     "beside the way": {"robot": at(2, 1.21)},
     "behind": {"robot": at(-0.5, 0)},
+    "far behind in time": {"robot": at(-2.5, 0, SPEED + 0.5)},
+    "ahead after overtaking": {"robot": at(0.7, 0.2, SPEED + 0.5)},
     "as fast": {"robot": at(1, 0, SPEED)},
     "beyond the goal": {"robot": at(2.5, 0.4), "goal": (1.0, 0.0)},
     "at the goal": {"robot": at(2.5, 0), "goal": (3.0, 0.0)},
