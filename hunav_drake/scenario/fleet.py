@@ -9,6 +9,7 @@ from hunav_drake.scenario.error import Finding, Loc, shown
 from hunav_drake.scenario.schema import FleetMember, Scenario
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.sensing.sensor_config import name_sensors
 
 # The parts of a scenario that each of several robots has for itself.
 _OWN = ("robot", "planner", "sensors")
@@ -116,6 +117,34 @@ def _place(i: int, loc: Loc) -> Loc:
     return ("robots", i, *loc) if loc and loc[0] in _OWN else loc
 
 
+# The systems of each robot, and those of a trial: see `MakeTrialDiagram`.
+_SYSTEMS = (
+    *("robot", "contacts", "planner", "evaluator", "monitor", "goal"),
+    *("perception", "other_robot_states", "seen"),
+)
+_SHARED = (
+    *("humans", "plant", "scene", "scene_graph", "robot_states", "touches"),
+    *("bodies", "monitor", "statuses", "planner_statuses"),
+)
+
+
+def _check_systems(scenario: Scenario) -> Iterator[Finding]:
+    """Finds robots whose systems would have the names of others."""
+    taken = {*_SHARED}
+    taken |= {f"sensor_{name}" for name in name_sensors(scenario.sensors)}
+    for i, member in enumerate(scenario.robots):
+        own = {f"{member.name}_{name}" for name in _SYSTEMS}
+        sensors = name_sensors(member.sensors)
+        own |= {f"{member.name}_sensor_{name}" for name in sensors}
+        if clash := min(own & taken, default=""):
+            yield Finding(
+                ("robots", i, "name"),
+                f"makes a second system called {shown(clash)} in the trial;"
+                " change it, or the name of a sensor",
+            )
+        taken |= own
+
+
 def check_fleet(scenario: Scenario) -> Iterator[Finding]:
     """Checks that several robots have separate names and starts."""
     if not scenario.robots:
@@ -136,6 +165,9 @@ def check_fleet(scenario: Scenario) -> Iterator[Finding]:
                 " of one of the robots, or give it mount: world",
                 uses=(("robots",),),
             )
+    unique = {member.name for member in scenario.robots}
+    if 1 < len(unique) == len(scenario.robots):
+        yield from _check_systems(scenario)
     names: dict[str, int] = {}
     people = {human.name for human in scenario.humans}
     for i, member in enumerate(scenario.robots):

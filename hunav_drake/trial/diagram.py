@@ -37,6 +37,7 @@ from hunav_drake.trial.fleet_blocks import (
     AddFleet,
     AddSurroundings,
     JoinPorts,
+    RefuseClash,
     SplitPort,
 )
 from hunav_drake.trial.seeds import CheckPeopleSeed, DrawSeed, SetTrialSeed
@@ -189,21 +190,29 @@ def MakeTrialDiagram(
         ConnectByName(builder, {**given, **around.bodies}, robot.systems[0])
         ConnectByName(builder, given, *robot.systems[1:], evaluator, monitor)
         ConnectByName(builder, seen, planner.system)
-        outputs |= with_prefix({**own, **sensed, **planner.costmaps}, part)
+        ports = with_prefix({**own, **sensed, **planner.costmaps}, part)
+        if part.name:
+            RefuseClash(outputs, ports)
+        outputs |= ports
         truth = {**truth, **with_prefix(own, part)}
     some: Ports = {"traffic": humans.traffic, "replay": humans.replay}
     outputs |= some
     if len(parts) > 1:
         outputs |= {"robot_states": robot_states}
-        outputs |= AddFleet(
+        ports = AddFleet(
             *(builder, full, parts, monitors, planners, scene),
             *(humans.human_states, robot_states),
         )
+        RefuseClash(outputs, ports)
+        outputs |= ports
     # The scene shows the truth, whatever the ports of sensors are called.
     ConnectByName(builder, {**outputs, **truth}, scene.system)
 
     if full.evaluator.start == "by_trigger":
-        builder.ExportInput(evaluator.GetInputPort("trigger"), "trigger")
+        first, *more = (it.GetInputPort("trigger") for it in evaluators)
+        builder.ExportInput(first, "trigger")
+        for port in more:
+            builder.ConnectInput("trigger", port)
     for name, port in outputs.items():
         if port is not None:
             builder.ExportOutput(port, name)

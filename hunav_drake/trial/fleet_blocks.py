@@ -6,6 +6,7 @@ from typing import NamedTuple
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Demultiplexer, Multiplexer
 
+from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.fleet import RobotPart
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.evaluation.fleet_monitor import FleetMonitor
@@ -40,6 +41,21 @@ def SplitPort(
     parts = builder.AddNamedSystem(name, Demultiplexer([size] * number))
     builder.Connect(port, parts.get_input_port())
     return [parts.get_output_port(i) for i in range(number)]
+
+
+def RefuseClash(outputs: Ports, more: Ports) -> None:
+    """Checks that outputs of a trial have names of their own.
+
+    Raises:
+        ScenarioError: If two have the same name.
+    """
+    for name in outputs.keys() & more.keys():
+        message = (
+            f"two outputs of the trial would be called {shown(name)}: give one"
+            " of the robots, or a sensor, another name"
+        )
+        fault = Fault("scenario", 0, "robots", message)
+        raise ScenarioError("scenario", [fault])
 
 
 class Surroundings(NamedTuple):

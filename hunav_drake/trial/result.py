@@ -31,7 +31,8 @@ from hunav_drake.trial.quantity_text import number_text, unit_text
 if TYPE_CHECKING:
     import pandas as pd
 
-# "end" is for recordings of other programs, which do not give a reason;
+# "end" is for recordings of other programs, which do not give a reason, and for
+# one of several robots that has no goal;
 # "planner_failed" for a trial with a failing planner.
 EndReason = Literal[
     "goal", "timeout", "stuck", "planner_failed", "end", "running"

@@ -279,6 +279,9 @@ def _end_of(part: RobotPart, diagram: Diagram, context: Context) -> _End:
     duration = part.scenario.simulation.duration
     if reason == "running" and context.get_time() >= duration * (1 - 1e-9):
         reason = "timeout"
+    (over,) = diagram.GetOutputPort("trial_status").Eval(context)
+    if reason == "running" and over != TrialStatus.RUNNING:
+        reason = "end"
     return _End(reason, _end_message(reason, part, diagram, context), time)
 
 
@@ -433,13 +436,15 @@ _REASONS: dict[TrialStatus, EndReason] = {
     TrialStatus.PLANNER_FAILED: "planner_failed",
 }
 
-# From the best to the worst.
+# From the best to the worst. (A robot without a goal has no other end than
+# that of the trial.)
 _WORST: tuple[EndReason, ...] = (
-    *("goal", "end", "running", "timeout", "stuck", "planner_failed"),
+    *("end", "goal", "running", "timeout", "stuck", "planner_failed"),
 )
 
 _MESSAGES: dict[EndReason, str] = {
     "running": "the trial is not over",
+    "end": "the trial is over",
     "timeout": "the time is over",
     "goal": "the robot has reached its goal",
     "stuck": "the robot no longer gets anywhere",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hunav_drake import (
+    GetTrialResult,
     LoadContext,
     LoadScenario,
     MakeTrialDiagram,
@@ -421,3 +422,40 @@ def test_a_table_of_several_robots_is_read(tmp_path):
     path.write_text("\n".join([*rows, "5,robot,0,0"]))
     with pytest.raises(ValueError, match="give each of several robots a name"):
         ReadRecording(path)
+
+
+def test_names_that_would_be_taken_twice_are_refused():
+    sensor = "sensors: [{type: lidar, mount: world, name: robot}]\n"
+    robot = BOB.replace("bob", "sensor")
+    found = faults(f"robots:{ANNA}{robot}{PEOPLE}{sensor}")
+    assert "called 'sensor_robot'" in found["robots[1] ('sensor').name"]
+    lidars = (
+        "sensors: [{type: lidar, mount: world},"
+        " {type: lidar, mount: world, name: anna}]\n"
+    )
+    scenario = LoadScenario(data=f"robots:{ANNA}{BOB}{PEOPLE}{lidars}")
+    with pytest.raises(ScenarioError, match="called 'anna_scan'"):
+        MakeTrialDiagram(scenario)
+
+
+def test_a_trigger_begins_the_recordings_of_all():
+    scenario = fleet(ANNA, BOB, more="evaluator: {start: by_trigger}\n")
+    diagram = MakeTrialDiagram(scenario)
+    context = diagram.CreateDefaultContext()
+    diagram.GetInputPort("trigger").FixValue(context, [0.0])
+    simulator = MakeTrialSimulator(diagram, context)
+    simulator.AdvanceTo(0.5)
+    diagram.GetInputPort("trigger").FixValue(context, [1.0])
+    simulator.AdvanceTo(1.0)
+    recording = GetTrialResult(scenario, diagram, context).recording
+    for robot in recording.robots:
+        assert robot.times[0] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_robot_without_a_goal_ends_with_the_trial():
+    near = ANNA.replace("[4, 0.3, 0]", "[-2.5, 0, 0]")
+    post = "\n- name: post\n  robot: {start: [0, -3, 0]}"
+    result = RunTrial(fleet(near, post, people="\n", duration=20))
+    assert result.robot_ends == {"anna": "goal", "post": "end"}
+    assert result.end_reason == "goal"
+    assert result.end_time < 15
