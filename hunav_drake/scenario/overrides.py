@@ -30,7 +30,8 @@ def apply_overrides(
         overrides: Texts of a path, an equals sign and a value in YAML, such
             as "robot.radius=0.3"; one such text; or a mapping of paths to
             values. With several robots, paths of `robot` and `planner` are
-            those of each of them.
+            those of each of them, and so are those of `sensors`, unless the
+            scenario has some of its own.
 
     Returns:
         The text of each override by the path that it set; and the faults of
@@ -67,7 +68,10 @@ def _apply(data: Any, text: str) -> list[Loc]:
     loc = renew_override(loc, value, text)
     locs = [loc]
     members = data.get("robots") if isinstance(data, dict) else None
-    if members and isinstance(members, list) and loc[0] in ("robot", "planner"):
+    own = {"robot", "planner"}
+    if isinstance(data, dict) and not data.get("sensors"):
+        own.add("sensors")
+    if members and isinstance(members, list) and loc[0] in own:
         locs = [("robots", i, *loc) for i in range(len(members))]
     for it in locs:
         _set(data, it, copy.deepcopy(value))
