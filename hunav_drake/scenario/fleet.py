@@ -100,21 +100,28 @@ def find_of_each(
         for found in check(part.scenario):
             moved = dc.replace(
                 found,
-                loc=_place(i, found.loc),
-                uses=tuple(_place(i, loc) for loc in found.uses),
+                loc=_place(scenario, i, found.loc),
+                uses=tuple(_place(scenario, i, loc) for loc in found.uses),
             )
             # (Of people and the world, each finds the same.)
             if (moved.loc, moved.message) not in told:
                 told.add((moved.loc, moved.message))
                 yield moved
-    if scenario.sensors:
+    if scenario.sensors and len(scenario.robots) > 1:
         for found in check(dc.replace(scenario, robots=[])):
             if found.loc[:1] == ("sensors",):
                 yield found
 
 
-def _place(i: int, loc: Loc) -> Loc:
-    return ("robots", i, *loc) if loc and loc[0] in _OWN else loc
+def _place(scenario: Scenario, i: int, loc: Loc) -> Loc:
+    if not loc or loc[0] not in _OWN:
+        return loc
+    if loc[0] == "sensors" and len(loc) > 1:
+        # Those of a list of one robot come before those of the scenario.
+        own = len(scenario.robots[i].sensors)
+        if int(loc[1]) >= own:
+            return ("sensors", int(loc[1]) - own, *loc[2:])
+    return ("robots", i, *loc)
 
 
 # The systems of each robot, and those of a trial: see `MakeTrialDiagram`.
@@ -161,8 +168,8 @@ def check_fleet(scenario: Scenario) -> Iterator[Finding]:
         if getattr(sensor, "mount", "robot") == "robot":
             yield Finding(
                 ("sensors", i),
-                "is on a robot, but there are several; move it to the sensors"
-                " of one of the robots, or give it mount: world",
+                "is on a robot, but the robots are a list; move it to the"
+                " sensors of one of them, or give it mount: world",
                 uses=(("robots",),),
             )
     unique = {member.name for member in scenario.robots}

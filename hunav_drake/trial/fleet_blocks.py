@@ -4,31 +4,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import Demultiplexer, Multiplexer
+from pydrake.systems.primitives import Demultiplexer
 
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.fleet import RobotPart
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.ports import JoinPorts
 from hunav_drake.systems.evaluation.fleet_monitor import FleetMonitor
 from hunav_drake.systems.planning.planner import PlannerStatus
 from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.scene import ScenePorts
 from hunav_drake.trial.blocks import AddSensors, PlannerPorts, Ports, RobotPorts
-
-
-def JoinPorts(
-    builder: DiagramBuilder, name: str, ports: Sequence[OutputPort]
-) -> OutputPort:
-    """Returns one port with the numbers of several, from a system `name`."""
-    ports = [port for port in ports if port.size()]
-    if len(ports) == 1:
-        return ports[0]
-    joined = builder.AddNamedSystem(
-        name, Multiplexer([p.size() for p in ports])
-    )
-    for i, port in enumerate(ports):
-        builder.Connect(port, joined.get_input_port(i))
-    return joined.get_output_port()
 
 
 def SplitPort(

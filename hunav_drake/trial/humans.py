@@ -12,10 +12,10 @@ from pydrake.systems.framework import (
     InputPort,
     OutputPort,
 )
-from pydrake.systems.primitives import Multiplexer
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadBehaviors
 from hunav_drake.systems.common.checks import check_kind
+from hunav_drake.systems.common.ports import JoinPorts
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
@@ -195,8 +195,10 @@ def MakeHumans(
     states = crowd.GetOutputPort("human_states")
     for system in systems:
         builder.Connect(states, system.GetInputPort("human_states"))
-    commands = _Join(builder, "commands", systems)
-    status = _Join(builder, "behavior_status", systems)
+    commands, status = (
+        JoinPorts(builder, name, [it.GetOutputPort(name) for it in systems])
+        for name in ("commands", "behavior_status")
+    )
     users = [*systems]
     if recorded is not None:
         builder.AddNamedSystem("recorded", recorded)
@@ -248,21 +250,6 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
     check_kind("humans", humans, Sequence, "a sequence")
     for i, human in enumerate(humans):
         check_kind(f"humans[{i}]", human, HumanConfig, "a HumanConfig")
-
-
-def _Join(
-    builder: DiagramBuilder, name: str, systems: Sequence[BehaviorTree]
-) -> OutputPort:
-    """Returns one port that joins the ports of a name of all systems."""
-    ports: list[OutputPort] = [it.GetOutputPort(name) for it in systems]
-    if len(ports) == 1:
-        return ports[0]
-    joined = builder.AddNamedSystem(
-        name, Multiplexer([p.size() for p in ports])
-    )
-    for i, port in enumerate(ports):
-        builder.Connect(port, joined.get_input_port(i))
-    return joined.get_output_port()
 
 
 def AddHumans(

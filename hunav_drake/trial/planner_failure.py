@@ -32,7 +32,9 @@ def PlannerErrorOf(
             if any(this is system for system in own):
                 reason = told(error, frame.f_code)
                 name = name_of(part.scenario.planner)
-                result = PlannerError(name, context.get_time(), reason)
+                result = PlannerError(
+                    name, context.get_time(), reason, part.name
+                )
                 result.__cause__ = error
                 return result
     return None
@@ -56,6 +58,7 @@ def CheckCommand(diagram: Diagram, context: Context) -> None:
                 context.get_time(),
                 f"its port velocity_command must give finite numbers, gives"
                 f" ({v:g}, {omega:g})",
+                part.name,
             )
 
 

@@ -21,6 +21,7 @@ from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
+from hunav_drake.systems.planning.planner_error import PlannerError
 from hunav_drake.trial.diagram import CheckTrialDiagram, MakeTrialDiagram
 from hunav_drake.trial.end import explain_end
 from hunav_drake.trial.interrupts import interrupts_between_steps
@@ -191,9 +192,11 @@ def RunTrial(
             diagram.ForcedPublish(simulator.get_context())
     if failure is None:
         return GetTrialResult(scenario, diagram, simulator.get_context())
-    # (Several robots fail one by one, unless their planners are own systems.)
     context = simulator.get_context()
-    ends = [_End("planner_failed", str(failure)) for _ in robot_parts(scenario)]
+    ends = [
+        _end_at_failure(part, diagram, context, failure)
+        for part in robot_parts(scenario)
+    ]
     return _result(scenario, diagram, context, ends)
 
 
@@ -283,6 +286,26 @@ def _end_of(part: RobotPart, diagram: Diagram, context: Context) -> _End:
     if reason == "running" and over != TrialStatus.RUNNING:
         reason = "end"
     return _End(reason, _end_message(reason, part, diagram, context), time)
+
+
+def _end_at_failure(
+    part: RobotPart, diagram: Diagram, context: Context, failure: PlannerError
+) -> _End:
+    """Returns the end of a robot when a planner has ended the trial.
+
+    (Planners of several robots fail one by one, unless they are own systems.)
+    """
+    now = context.get_time()
+    if part.name == failure.robot:
+        return _End("planner_failed", str(failure), now if part.name else None)
+    # The ports may depend on the broken planner, the state does not.
+    monitor = diagram.GetSubsystemByName("monitor")
+    rows = monitor.GetEnds(monitor.GetMyContextFromRoot(context))
+    status, when = rows[[*diagram.prefixes].index(part.name)].tolist()
+    reason = _REASONS[TrialStatus(int(status))]
+    if reason == "running":
+        return _End("end", _MESSAGES["end"])
+    return _End(reason, _MESSAGES[reason], when)
 
 
 def _result(

@@ -1,10 +1,18 @@
 """Helpers that declare, find and check ports, and weak callbacks."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from weakref import WeakMethod
 
-from pydrake.systems.framework import Context, InputPort, PortDataType, System
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    InputPort,
+    OutputPort,
+    PortDataType,
+    System,
+)
+from pydrake.systems.primitives import Multiplexer
 
 from hunav_drake.systems.common.layout import STATE_SIZE
 
@@ -38,6 +46,25 @@ def RobotStatesOf(port: InputPort, context: Context) -> Any:
             " omega, radius) of the robot to AddHumans(...).robot_states, or"
             " make the people with num_robots=0"
         ) from None
+
+
+def JoinPorts(
+    builder: DiagramBuilder, name: str, ports: Sequence[OutputPort]
+) -> OutputPort:
+    """Returns one port with the numbers of several, from a system `name`.
+
+    Nothing is added for a single port, or for a single one with numbers.
+    """
+    if len(ports) > 1:
+        ports = [port for port in ports if port.size()]
+    if len(ports) == 1:
+        return ports[0]
+    joined = builder.AddNamedSystem(
+        name, Multiplexer([port.size() for port in ports])
+    )
+    for i, port in enumerate(ports):
+        builder.Connect(port, joined.get_input_port(i))
+    return joined.get_output_port()
 
 
 def RequirePort(

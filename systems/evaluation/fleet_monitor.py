@@ -100,26 +100,27 @@ class FleetMonitor(StepMonitor):
         """Returns the port with the ends of the robots."""
         return self._robot_ends
 
-    def EvalEnds(self, context: Context) -> Array:
-        """Returns the end of each robot by now: see port ``robot_ends``."""
+    def GetEnds(self, context: Context) -> Array:
+        """Returns the ends before this step: rows as of ``robot_ends``."""
         ends: Array = context.get_discrete_state(self._ends).CopyToVector()
-        rows = ends.reshape(-1, 2)
+        return ends.reshape(-1, 2)
+
+    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
+        rows = self._robot_ends.Eval(context).reshape(-1, 2)
+        statuses = rows[self._counts, 0]
+        runs = not len(statuses) or (statuses == _RUNS).any()
+        output.SetAtIndex(0, _RUNS if runs else statuses.max())
+
+    def _CalcEnds(self, context: Context, output: BasicVector) -> None:
+        rows = self.GetEnds(context)
         statuses = self._statuses.Eval(context)
         failed = self._planners.Eval(context) == self._planner_error
         statuses[failed] = TrialStatus.PLANNER_FAILED
         new = (rows[:, 0] == _RUNS) & (statuses != _RUNS)
         rows[new, 0] = statuses[new]
         rows[new, 1] = context.get_time()
-        return rows
-
-    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
-        statuses = self.EvalEnds(context)[self._counts, 0]
-        runs = not len(statuses) or (statuses == _RUNS).any()
-        output.SetAtIndex(0, _RUNS if runs else statuses.max())
-
-    def _CalcEnds(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.EvalEnds(context).ravel())
+        output.SetFromVector(rows.ravel())
 
     def _Update(self, context: Context, state: DiscreteValues) -> None:
         state.set_value(self._updated, [context.get_time()])
-        state.set_value(self._ends, self.EvalEnds(context).ravel())
+        state.set_value(self._ends, self._robot_ends.Eval(context))

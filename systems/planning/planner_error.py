@@ -11,19 +11,24 @@ class PlannerError(RuntimeError):
         planner: The name of the planner.
         time: The simulated time of the failure, in seconds.
         reason: The description of the failure.
+        robot: The name of its robot; empty if there is one only.
     """
 
-    def __init__(self, planner: str, time: float, reason: str) -> None:
+    def __init__(
+        self, planner: str, time: float, reason: str, robot: str = ""
+    ) -> None:
         """Constructs a PlannerError: see its attributes."""
         # All of them, so that it can be pickled.
-        super().__init__(planner, time, reason)
+        super().__init__(planner, time, reason, robot)
         self.planner = planner
         self.time = time
         self.reason = reason
+        self.robot = robot
 
     def __str__(self) -> str:
+        owner = f" of {self.robot!r}" if self.robot else ""
         return (
-            f"planner {self.planner!r} failed at t = {self.time:.3f} s:"
+            f"planner {self.planner!r}{owner} failed at t = {self.time:.3f} s:"
             f" {self.reason}"
         )
 

@@ -384,7 +384,12 @@ def test_faults_have_their_places(own_planners):
     found = faults(f"robots:{ANNA}robot: {{goal: [3, 0, 0]}}{PEOPLE}")
     assert "must not be given besides robots" in found["robot"]
     found = faults(f"robots:{ANNA}sensors: [{{type: lidar}}]{PEOPLE}")
-    assert "there are several" in found["sensors[0]"]
+    assert list(found) == ["sensors[0]"]
+    assert "the robots are a list" in found["sensors[0]"]
+    high = "sensors: [{type: lidar, mount: world, height: 99}]"
+    found = faults(f"robots:{ANNA}{high}{PEOPLE}")
+    assert list(found) == ["sensors[0]"]
+    assert "height must be at most 0.7 m" in found["sensors[0]"]
     found = faults(f"robots:{ANNA.replace('name: anna', 'name: a.b')}{PEOPLE}")
     assert "must begin with a letter" in found["robots[0] ('a.b').name"]
     walls = "world: {walls: [{type: box, center: [4, 0], size: [1, 1]}]}"

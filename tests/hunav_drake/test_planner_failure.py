@@ -139,6 +139,36 @@ def test_a_system_that_breaks_ends_the_trial(command, words):
     assert 1.0 < info.value.time < 2.0
 
 
+def test_a_system_that_breaks_ends_the_trial_of_other_robots_too():
+    @register_planner("own_system")
+    @dataclass
+    class Own(PlannerConfig):
+        def MakeSystem(self, task):
+            return OwnSystem(task, lambda x: [0.5 / (float(x) <= 0.5), 0.0])
+
+    robots = {
+        "near": ("[0, 3, 0]", "[0.6, 3, 0]", "pursuit"),
+        "far": ("[0, -3, 0]", "[9, -3, 0]", "pursuit"),
+        "bad": ("[-1, 0, 0]", "[9, 0, 0]", "own_system"),
+    }
+    members = "".join(
+        f"- {{name: {name}, robot: {{start: {start}, goal: {goal}}},"
+        f" planner: {planner}}}\n"
+        for name, (start, goal, planner) in robots.items()
+    )
+    result = RunTrial(LoadScenario(data=f"robots:\n{members}"))
+    assert result.robot_ends == {
+        "near": "goal",
+        "far": "end",
+        "bad": "planner_failed",
+    }
+    assert result.end_reason == "planner_failed"
+    assert "planner 'own_system' of 'bad' failed" in result.end_message
+    near, far, bad = result.recording.robots
+    assert near.end_time < bad.end_time == result.end_time
+    assert far.end_time is None
+
+
 def test_what_breaks_elsewhere_is_raised():
     def progress(seconds):
         if seconds > 0.5:
