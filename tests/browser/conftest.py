@@ -1,6 +1,7 @@
 """A browser, and the editor's page served to it."""
 
 import asyncio
+import gc
 
 import pytest
 
@@ -11,6 +12,15 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "tests/browser" in str(item.path):
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_garbage():
+    """Ends what earlier tests left: a Meshcat must end in its own thread.
+
+    The editor has threads; if one of them collected it, Drake would abort.
+    """
+    gc.collect()
 
 
 @pytest.fixture
