@@ -119,7 +119,8 @@ def MakeTrialDiagram(
         "velocity_command", "planner_status", "planner_path", "metrics",
         "recording", "trial_status", "query", "estimated_robot_state" if it is
         not exact, the outputs of the sensors, such as "scan", "local_costmap"
-        and "global_costmap" (see `NavigationSystem`) of a planner with maps, "traffic" (see `OpenCrowd`) if people come and
+        and "global_costmap" (see `NavigationSystem`) of a planner with maps,
+        "traffic" (see `OpenCrowd`) if people come and
         go, and "replay" (see `RecordedPeople`) if some are recorded. For its
         scenario see `TrialDiagram`.
 
