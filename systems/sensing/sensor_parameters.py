@@ -169,23 +169,23 @@ class DetectorErrors:
     """Time between two detections, in seconds; a multiple of the trial's time
     step."""
 
-    missed: Chance = 0.0
+    missed: Chance = 0.05
     """Probability that a person in view is missed in a detection."""
 
-    missed_per_meter: ChancePerMeter = 0.0
+    missed_per_meter: ChancePerMeter = 0.01
     """Increase of this probability with the distance, per meter."""
 
-    noise: Deviation = 0.0
+    noise: Deviation = 0.05
     """Standard deviation of x and of y of a person, in meters."""
 
-    noise_per_meter: DeviationPerMeter = 0.0
+    noise_per_meter: DeviationPerMeter = 0.01
     """Increase of this standard deviation with the distance, in meters per
     meter."""
 
-    velocity_noise: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.0
+    velocity_noise: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.1
     """Standard deviation of each component of the velocity, in m/s."""
 
-    false_rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 0.0
+    false_rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 0.1
     """Mean number of false detections that begin per second: people at rest,
     placed at random in view, of 0.3 m radius."""
 

@@ -16,13 +16,21 @@ from hunav_drake.systems.sensing import (
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.systems.sensing.scans import NOWHERE, rows
 
+# Without errors.
+EXACT = dict.fromkeys(
+    (
+        *("missed", "missed_per_meter", "noise", "noise_per_meter"),
+        *("velocity_noise", "false_rate"),
+    ),
+    0.0,
+)
 WALL = Obstacles.from_shapes([[(2, -9), (2, 9)]], solid=[False])
 
 
 def make(people=(), *, obstacles=NOWHERE, time_step=0.1, seed=0, **config):
     number = config.pop("number", 0)
     return PeopleDetector(
-        PeopleDetectorConfig(**config),
+        PeopleDetectorConfig(**EXACT | config),
         obstacles=obstacles,
         num_humans=len(people),
         time_step=time_step,
