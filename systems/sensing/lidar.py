@@ -198,7 +198,8 @@ class Lidar(Sampling, LeafSystem):
             (chances,) = draw_uniform(
                 *draw, Purpose.LIDAR_DROPOUT, count, step=number
             )
-            distances[chances < config.dropout] = config.range_max
+            lost = chances < config.dropout
+            distances = np.where(lost, config.range_max, distances)
         result: Array = np.clip(distances, config.range_min, config.range_max)
         return result
 

@@ -206,9 +206,10 @@ def test_noise_grows_with_the_distance():
     np.testing.assert_array_equal(found[:, exact == 4.0], 4.0)
 
 
-def test_some_rays_have_no_return():
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_some_rays_have_no_return(noise):
     """As many as is said, anew in each scan, by draws of their own."""
-    config = {"num_rays": 1000, "range_max": 20.0, "noise": 0.05}
+    config = {"num_rays": 1000, "range_max": 20.0, "noise": noise}
     dut = Lidar(LidarConfig(dropout=0.03, **config), obstacles=ROOM)
     found, _ = scans_of(dut, 2.0)
     full, _ = scans_of(Lidar(LidarConfig(**config), obstacles=ROOM), 2.0)
