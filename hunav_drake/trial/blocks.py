@@ -430,19 +430,12 @@ def AddLocalization(
 ) -> Ports:
     """Adds what the planner knows of its robot's pose, as "localization".
 
-    Perceived people are moved with the robot, and then delayed by
-    "perception_delay". Nothing is added if the pose is exact, and nothing if
-    people are not delayed.
-
-    Args:
-        builder: The builder.
-        part: The robot.
-        given: The ports of the trial.
-        seen: The ports for the planner: see `AddPerception`.
+    People are moved with the robot, and then delayed, if they are, by
+    "perception_delay". Nothing is added if the pose is exact.
 
     Returns:
-        The ports for the planner: those `seen`, with the estimated pose also as
-        "estimated_robot_state", if there is one.
+        The ports for the planner: those `seen` (see `AddPerception`), with the
+        estimated pose also as "estimated_robot_state", if there is one.
 
     Raises:
         TypeError: If the system of a user-defined localization lacks a port.
@@ -454,30 +447,23 @@ def AddLocalization(
         _sensing_task(part, given, _OF_PLANNER),
         num_humans=people.size() // STATE_SIZE,
     )
-    name = f"{part.prefix}localization"
     system = planner.localization.MakeSystem(task)
     if system is not None:
-        size = {"people": people.size()} if people.size() else {}
+        sizes = {"robot_state": STATE_SIZE, "people": people.size()}
+        sizes = {name: size for name, size in sizes.items() if size}
         CheckPorts(
             system,
             f"the localization {type(planner.localization).__name__}",
-            inputs={"robot_state": STATE_SIZE, **size},
-            outputs={
-                f"estimated_{it}": n
-                for it, n in {"robot_state": STATE_SIZE, **size}.items()
-            },
+            inputs=sizes,
+            outputs={f"estimated_{name}": sizes[name] for name in sizes},
         )
-        builder.AddNamedSystem(name, system)
+        builder.AddNamedSystem(f"{part.prefix}localization", system)
         ports = {"robot_state": given["robot_state"], "people": people}
         ConnectByName(builder, ports, system)
+        people = _port_of(system, "estimated_people") or people
         estimate = system.GetOutputPort("estimated_robot_state")
-        seen = {
-            **seen,
-            "robot_state": estimate,
-            "estimated_robot_state": estimate,
-        }
-        if size:
-            people = system.GetOutputPort("estimated_people")
+        seen = {**seen, "estimated_robot_state": estimate}
+        seen = {**seen, "robot_state": estimate}
     if isinstance(planner.sees, Delayed):
         people = AddDelay(
             builder,

@@ -8,7 +8,6 @@ from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
     DiscreteValues,
-    InputPort,
     LeafSystem,
     OutputPort,
 )
@@ -47,26 +46,10 @@ class Delay(LeafSystem):
         self._u = self.DeclareVectorInputPort("u", size)
         self._rows = self.DeclareDiscreteState(self._shape[0] * size)
         self._oldest = self.DeclareDiscreteState([-1.0])
-        self._delayed_u = self.DeclareVectorOutputPort(
-            "delayed_u",
-            size,
-            self._CalcDelayed,
-            prerequisites_of_calc={
-                self.all_input_ports_ticket(),
-                self.xd_ticket(),
-            },
-        )
+        self.DeclareVectorOutputPort("delayed_u", size, self._CalcDelayed)
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
-
-    def get_u_input_port(self) -> InputPort:
-        """Returns the port with the signal."""
-        return self._u
-
-    def get_delayed_u_output_port(self) -> OutputPort:
-        """Returns the port with the delayed signal."""
-        return self._delayed_u
 
     def _Oldest(self, context: Context) -> int:
         return int(context.get_discrete_state(self._oldest).value()[0])
@@ -100,10 +83,10 @@ def AddDelay(
     """Returns a port, delayed by a system `name`; itself if not delayed."""
     if not (delay and port.size()):
         return port
-    added = Delay(port.size(), delay, time_step=time_step)
-    builder.AddNamedSystem(name, added)
-    builder.Connect(port, added.get_u_input_port())
-    return added.get_delayed_u_output_port()
+    system = Delay(port.size(), delay, time_step=time_step)
+    builder.AddNamedSystem(name, system)
+    builder.Connect(port, system.get_input_port())
+    return system.get_output_port()
 
 
 def MakeDelayed(system: Any, delay: float, time_step: float) -> Any:

@@ -2,7 +2,6 @@
 
 import numpy as np
 from pydrake.systems.framework import (
-    BasicVector,
     Context,
     DiscreteValues,
     InputPort,
@@ -135,16 +134,8 @@ class Lidar(Sampling, LeafSystem):
         self._gait = None
         if self._has_humans and self._config.people == "legs":
             self._gait = self.DeclareDiscreteState(initial_gait(num_humans))
-        self._scan = self.DeclareVectorOutputPort(
-            "scan",
-            self._config.num_rays,
-            self._CalcScan,
-            prerequisites_of_calc={
-                self.time_ticket(),
-                self.all_input_ports_ticket(),
-                self.xd_ticket(),
-                self.all_parameters_ticket(),
-            },
+        self._samples = self.DeclareVectorOutputPort(
+            "scan", self._config.num_rays, self._CalcSample
         )
 
     def get_robot_state_input_port(self) -> InputPort:
@@ -167,14 +158,7 @@ class Lidar(Sampling, LeafSystem):
 
     def get_scan_output_port(self) -> OutputPort:
         """Returns the port with the distances."""
-        return self._scan
-
-    def _CalcScan(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._Sample(context))
-
-    def _Stored(self, context: Context) -> Array:
-        scan: Array = self._scan.Eval(context)
-        return scan
+        return self._samples
 
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
         config = self._config

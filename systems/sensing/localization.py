@@ -9,7 +9,6 @@ from pydrake.systems.framework import (
     Context,
     InputPort,
     LeafSystem,
-    OutputPort,
 )
 
 from hunav_drake.systems.common.arrays import Array
@@ -23,7 +22,6 @@ from hunav_drake.systems.common.layout import (
     Y,
     is_outside,
 )
-from hunav_drake.systems.common.ports import RequirePort
 from hunav_drake.systems.common.random_streams import Purpose, draw_normal
 from hunav_drake.systems.sensing.sampling import Sampling
 
@@ -39,20 +37,20 @@ class Localization(Sampling, LeafSystem):
         - people (only with people)
         output_ports:
         - estimated_robot_state
-        - localization_error
+        - localization
         - estimated_people (only with people)
 
     Port ``robot_state`` takes the true row (x, y, yaw, vx, vy, omega, radius)
     of the robot, ``people`` n such rows of people whom it perceives, in W.
-    Port ``localization_error`` gives the error (x, y, yaw), the estimated pose
-    less the true one in W, in meters and radians; it is drawn every
-    ``time_step`` from the seed, the number and the step. Port
+    Port ``localization`` gives the error (x, y, yaw), the estimated pose less
+    the true one in W, and the true pose for which it was drawn, in meters and
+    radians: every ``time_step``, from the seed, the number and the step. Port
     ``estimated_robot_state`` gives the row of the robot at the estimated pose;
     its speeds relative to the robot are exact. Port ``estimated_people`` gives
     the rows of people moved by the same rigid motion, so that they are relative
     to the estimated pose as they are to the robot. Rows outside stay.
 
-    For the state see `Sampling`: a sample holds the error and the true pose.
+    For the state see `Sampling`: a sample is what ``localization`` gives.
     """
 
     def __init__(
@@ -84,63 +82,23 @@ class Localization(Sampling, LeafSystem):
             number=number,
         )
         size = check_count("num_people", num_people) * STATE_SIZE
-        own = {self.time_ticket(), self.all_input_ports_ticket()}
-        own |= {self.xd_ticket(), self.all_parameters_ticket()}
-
-        def declare(name: str, size: int, calc: object) -> OutputPort:
-            return self.DeclareVectorOutputPort(
-                name, size, calc, prerequisites_of_calc=own
-            )
-
-        self._error = declare("localization_error", 3, self._CalcError)
-        self._estimate = declare(
-            "estimated_robot_state", STATE_SIZE, self._CalcState
-        )
-        self._people = self._moved = None
+        declare = self.DeclareVectorOutputPort
+        self._samples = declare("localization", 6, self._CalcSample)
+        declare("estimated_robot_state", STATE_SIZE, self._CalcState)
         if size:
             self._people = self.DeclareVectorInputPort("people", size)
-            self._moved = declare("estimated_people", size, self._CalcPeople)
-
-    def get_robot_state_input_port(self) -> InputPort:
-        """Returns the port with the true state of the robot."""
-        return self._robot_state
-
-    def get_people_input_port(self) -> InputPort:
-        """Returns the port with the perceived people.
-
-        Raises:
-            ValueError: If it was constructed without people.
-        """
-        return RequirePort(self, self._people, "people", "num_people=0")
-
-    def get_estimated_robot_state_output_port(self) -> OutputPort:
-        """Returns the port with the robot at the estimated pose."""
-        return self._estimate
-
-    def get_localization_error_output_port(self) -> OutputPort:
-        """Returns the port with the error of the pose."""
-        return self._error
+            declare("estimated_people", size, self._CalcPeople)
 
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
         pose = self._robot_state.Eval(context)[: YAW + 1]
-        purpose = Purpose.LOCALIZATION
         (normal,) = draw_normal(
-            self.GetSeed(context), [self._number], purpose, 3, step=number
+            *(self.GetSeed(context), [self._number], Purpose.LOCALIZATION, 3),
+            step=number,
         )
-        if held[-1] < 0:
-            error = self._model.first_error(normal)
-        else:
-            error = self._model.next_error(
-                held[:3], held[3:6], pose, self._time_step, normal
-            )
-        return np.concatenate([error, pose])
-
-    def _Stored(self, context: Context) -> Array:
-        pose = self._robot_state.Eval(context)[: YAW + 1]
-        return np.concatenate([self._error.Eval(context), pose])
-
-    def _CalcError(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._Sample(context)[:3])
+        error = None if held[-1] < 0 else held[:3]
+        motion = held[3:6], pose
+        after = self._model.next_error(error, motion, self._time_step, normal)
+        return np.concatenate([after, pose])
 
     def _CalcState(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._Move(context, self._robot_state))
@@ -155,7 +113,7 @@ class Localization(Sampling, LeafSystem):
         """
         rows = port.Eval(context).reshape(-1, STATE_SIZE).copy()
         robot = self._robot_state.Eval(context)
-        error_x, error_y, turn = self._error.Eval(context).tolist()
+        error_x, error_y, turn = self._samples.Eval(context)[:3].tolist()
         c, s = math.cos(turn) - 1, math.sin(turn)
         change = np.array([[c, s], [-s, c]])
         here = ~is_outside(rows)

@@ -55,26 +55,22 @@ class ErrorModel(LocalizationConfig, ABC):
     """Base class of localizations with an error that is drawn every step.
 
     An error (x, y, yaw) is the estimated pose less the true one, in W, in
-    meters and radians. `normal` are three independent standard normal numbers.
+    meters and radians.
     """
-
-    @abstractmethod
-    def first_error(self, normal: Array) -> Array:
-        """Returns the error at the start, shape (3,)."""
 
     @abstractmethod
     def next_error(
         self,
-        error: Array,
-        before: Array,
-        now: Array,
+        error: Array | None,
+        motion: tuple[Array, Array],
         time_step: float,
         normal: Array,
     ) -> Array:
         """Returns the error after a step, shape (3,).
 
-        `before` and `now` are the true poses (x, y, yaw) at both ends of the
-        step, in W; `time_step` is in seconds.
+        `error` is the last one, None at the start; `motion` are the true poses
+        (x, y, yaw) at both ends of the step, in W; `time_step` is in seconds;
+        `normal` are three independent standard normal numbers.
         """
 
     def MakeSystem(self, task: SensingTask) -> Any:
@@ -115,19 +111,17 @@ class Odometry(ErrorModel):
     alpha4: Alpha = 0.0005
     """Variance of the translation, in m^2, per rad^2 of both turns."""
 
-    def first_error(self, normal: Array) -> Array:
-        """Returns none: the start is known."""
-        return np.zeros(3)
-
     def next_error(
         self,
-        error: Array,
-        before: Array,
-        now: Array,
+        error: Array | None,
+        motion: tuple[Array, Array],
         time_step: float,
         normal: Array,
     ) -> Array:
-        """Returns the error after a motion: see `ErrorModel`."""
+        """Returns the error after a motion, 0 at the start."""
+        if error is None:
+            return np.zeros(3)
+        before, now = motion
         dx, dy, turned = (now - before).tolist()
         half = 0.5 * math.remainder(turned, 2 * math.pi)
         moved = math.hypot(dx, dy)
@@ -173,21 +167,19 @@ class GaussMarkov(ErrorModel):
     """Time in which the autocorrelation of the error falls to 1/e, in
     seconds."""
 
-    def first_error(self, normal: Array) -> Array:
-        """Returns an error of the stationary distribution."""
-        position, yaw = self.position_deviation, self.yaw_deviation
-        return np.array([position, position, yaw]) * normal
-
     def next_error(
         self,
-        error: Array,
-        before: Array,
-        now: Array,
+        error: Array | None,
+        motion: tuple[Array, Array],
         time_step: float,
         normal: Array,
     ) -> Array:
-        """Returns the error after some time: see `ErrorModel`."""
+        """Returns the error after some time; also at the start a random one."""
+        position, yaw = self.position_deviation, self.yaw_deviation
+        new = np.array([position, position, yaw]) * normal
+        if error is None:
+            return new
         ratio = time_step / self.correlation_time
-        new = math.sqrt(-math.expm1(-2 * ratio)) * self.first_error(normal)
-        result: Array = math.exp(-ratio) * error + new
-        return result
+        return (
+            math.exp(-ratio) * error + math.sqrt(-math.expm1(-2 * ratio)) * new
+        )

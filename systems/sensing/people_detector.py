@@ -8,7 +8,6 @@ from scipy.special import pdtr
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
-    OUTSIDE,
     RADIUS,
     STATE_SIZE,
     VX,
@@ -98,10 +97,10 @@ class PeopleDetector(Sampling, VisiblePeople):
             num_other_robots=num_other_robots,
             num_more_rows=num_false,
         )
+        self._samples = self._visible_people
         rows = np.zeros((self._num_bodies + num_false, STATE_SIZE))
-        rows[:, [X, Y]] = OUTSIDE
         self._DeclareSampling(
-            rows.ravel(),
+            only_seen(rows, np.zeros(len(rows), dtype=np.bool_)).ravel(),
             period=config.period,
             time_step=time_step,
             seed=seed,
@@ -116,75 +115,51 @@ class PeopleDetector(Sampling, VisiblePeople):
         rows = self._visible_people.Eval(context).reshape(-1, STATE_SIZE)
         output.SetFromVector((~is_outside(rows)).astype(float))
 
-    def _CalcVisiblePeople(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._Sample(context))
-
-    def _Stored(self, context: Context) -> Array:
-        rows: Array = self._visible_people.Eval(context)
-        return rows
+    _CalcVisiblePeople = Sampling._CalcSample
 
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
-        n = self._num_bodies
-        seed = self.GetSeed(context)
-        # A stream for each row: people do not change the draws of others.
-        rows = len(held) // STATE_SIZE
-        ids = [(self._number << 20) + i for i in range(rows)]
-        parts = [np.zeros(0)]
-        if n:
-            parts.append(self._Detect(context, seed, ids[:n], number))
-        if rows > n:
-            before = held[n * STATE_SIZE : -1].reshape(-1, STATE_SIZE)
-            parts.append(self._Imagine(context, before, seed, ids[n:], number))
-        return np.concatenate(parts)
-
-    def _Detect(
-        self, context: Context, seed: int, ids: list[int], number: int
-    ) -> Array:
-        """Returns the rows of people and robots as they are detected."""
-        config = self._config
+        n, config, seed = self._num_bodies, self._config, self.GetSeed(context)
+        before = held[n * STATE_SIZE : -1].reshape(-1, STATE_SIZE)
+        if not n:
+            return self._Imagine(context, before, seed, number)
         bodies = self._Bodies(context)
         seen = self._Look(context, bodies)
         rows = bodies.reshape(-1, STATE_SIZE).copy()
         x, y, _ = self._Pose(context)
         away = np.hypot(rows[:, X] - x, rows[:, Y] - y)
-        if config.missed or config.missed_per_meter:
-            chances = draw_uniform(
-                seed, ids, Purpose.MISSED_DETECTION, 1, step=number
-            )[:, 0]
-            seen &= chances >= config.missed + config.missed_per_meter * away
+        # A stream for each row: people do not change the draws of others.
+        ids = [(self._number << 20) + i for i in range(n)]
+        purpose = Purpose.MISSED_DETECTION
+        (chances,) = draw_uniform(seed, ids, purpose, 1, step=number).T
+        seen &= chances >= config.missed + config.missed_per_meter * away
+        purpose = Purpose.DETECTION_NOISE
+        errors = draw_normal(seed, ids, purpose, 4, step=number)
         deviation = config.noise + config.noise_per_meter * away[:, None]
-        if config.velocity_noise or deviation.any():
-            errors = draw_normal(
-                seed, ids, Purpose.DETECTION_NOISE, 4, step=number
-            )
-            rows[:, [X, Y]] += deviation * errors[:, :2]
-            rows[:, [VX, VY]] += config.velocity_noise * errors[:, 2:]
-        return only_seen(rows, seen).ravel()
+        rows[:, [X, Y]] += deviation * errors[:, :2]
+        rows[:, [VX, VY]] += config.velocity_noise * errors[:, 2:]
+        false = self._Imagine(context, before, seed, number)
+        return np.append(only_seen(rows, seen), false)
 
     def _Imagine(
-        self,
-        context: Context,
-        before: Array,
-        seed: int,
-        ids: list[int],
-        number: int,
+        self, context: Context, before: Array, seed: int, number: int
     ) -> Array:
         """Returns the rows of false detections, from those `before`."""
-        config = self._config
+        if not len(before):
+            return np.zeros(0)
+        ids = [(self._number << 20) + i for i in range(len(before))]
         purpose = Purpose.FALSE_DETECTION
         draws = draw_uniform(seed, ids, purpose, 4, step=number)
         stay = ~is_outside(before) & (draws[:, 0] < self._lasting)
         stay &= self._Look(context, before.ravel())
-        rows = only_seen(before, stay)
         # (The first row's draw has the number of those that begin.)
         begun = int(np.searchsorted(self._at_most, draws[0, 1], side="right"))
+        rows = before.copy()
         for i in np.flatnonzero(~stay)[:begun]:
             rows[i] = self._Place(context, *draws[i, 2:].tolist())
-        if config.velocity_noise:
-            purpose = Purpose.DETECTION_NOISE
-            errors = draw_normal(seed, ids, purpose, 2, step=number)
-            rows[:, [VX, VY]] = config.velocity_noise * errors
-        return only_seen(rows, ~is_outside(rows)).ravel()
+            stay[i] = True
+        speeds = draw_normal(seed, ids, purpose, 2, step=number)
+        rows[:, [VX, VY]] = self._config.velocity_noise * speeds
+        return only_seen(rows, stay).ravel()
 
     def _Place(self, context: Context, turn: float, share: float) -> Array:
         """Returns the row of a false detection at a place drawn in view."""

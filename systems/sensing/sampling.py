@@ -4,7 +4,12 @@ from collections.abc import Sequence
 import math
 from typing import Any
 
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiscreteValues,
+    OutputPort,
+)
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_count, count_steps
@@ -28,6 +33,7 @@ class Sampling:
     """
 
     # Of the LeafSystem.
+    _samples: OutputPort
     DeclareDiscreteState: Any
     DeclareNumericParameter: Any
     DeclarePeriodicDiscreteUpdateEvent: Any
@@ -41,7 +47,11 @@ class Sampling:
         seed: int,
         number: int,
     ) -> None:
-        """Declares state and parameter; `before` is held in the beginning."""
+        """Declares state and parameter; `before` is held in the beginning.
+
+        The system has a port `self._samples` with the calculation
+        `_CalcSample`.
+        """
         self._steps_per_sample = count_steps(period, time_step)
         self._time_step = time_step
         self._number = check_count("number", number)
@@ -73,24 +83,20 @@ class Sampling:
         steps = math.floor(time / self._time_step + 1e-6)
         return steps // self._steps_per_sample
 
-    def _Sample(self, context: Context) -> Array:
-        """Returns the sample of the current instant: held, or a new one."""
-        held: Array = context.get_discrete_state(self._held).value()
-        number = self._SampleNumber(context)
-        if held[-1] >= number:
-            return held[:-1]
-        return self._Measure(context, held, number)
-
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
-        """Returns the sample of a number after the last one, and its number."""
+        """Returns a sample; `held` are the last one and its number."""
         raise NotImplementedError
 
-    def _Stored(self, context: Context) -> Array:
-        """Returns the sample to hold; a port may have it already."""
-        return self._Sample(context)
+    def _CalcSample(self, context: Context, output: BasicVector) -> None:
+        held = context.get_discrete_state(self._held).value()
+        number = self._SampleNumber(context)
+        is_new = held[-1] < number
+        output.SetFromVector(
+            self._Measure(context, held, number) if is_new else held[:-1]
+        )
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         number = self._SampleNumber(context)
         if context.get_discrete_state(self._held).value()[-1] < number:
-            sample = self._Stored(context)
-            discrete_state.set_value(self._held, [*sample.tolist(), number])
+            sample = self._samples.Eval(context).tolist()
+            discrete_state.set_value(self._held, [*sample, number])

@@ -87,22 +87,12 @@ class VisiblePeople(LeafSystem):
             self._others = self.DeclareVectorInputPort(
                 "other_robot_states", num_others * STATE_SIZE
             )
-        num_rows = self._num_bodies + num_more_rows
-        sources = {self.all_input_ports_ticket(), self.xd_ticket()}
-        sources |= {self.time_ticket(), self.all_parameters_ticket()}
-        if type(self) is VisiblePeople:
-            sources = {self.all_input_ports_ticket()}
+        rows = self._num_bodies + num_more_rows
         self._visible = self.DeclareVectorOutputPort(
-            "visible",
-            num_rows,
-            self._CalcVisible,
-            prerequisites_of_calc=sources,
+            "visible", rows, self._CalcVisible
         )
         self._visible_people = self.DeclareVectorOutputPort(
-            "visible_people",
-            num_rows * STATE_SIZE,
-            self._CalcVisiblePeople,
-            prerequisites_of_calc=sources,
+            "visible_people", rows * STATE_SIZE, self._CalcVisiblePeople
         )
 
     def get_robot_state_input_port(self) -> InputPort:

@@ -229,23 +229,21 @@ def test_each_of_several_robots_has_errors_of_its_own():
             f"robots[{i}].planner={{type: sfm, {ALL}}}" for i in range(2)
         ]
         + [f"robots[{i}].sensors=[{LIDAR}]" for i in range(2)]
-        + ["robots[0].robot.command_delay=0.1", "simulation.duration=3.0"],
+        + ["robots[0].robot.command_delay=0.1", "simulation.duration=1.0"],
     )
     diagram = MakeTrialDiagram(scenario)
     errors = []
-    names = list(diagram.prefixes.values())[:2]
-    for prefix in names:
-        exact, _ = run(diagram, end=2, names=[f"{prefix}robot_state"])
-        port = f"{prefix}estimated_robot_state"
-        estimate, _ = run(diagram, end=2, names=[port])
-        errors.append((estimate - exact)[:, :3])
+    for prefix in list(diagram.prefixes.values())[:2]:
+        ports = [f"{prefix}{it}robot_state" for it in ("", "estimated_")]
+        rows, _ = run(diagram, end=1, names=ports)
+        errors.append((rows[:, 7:] - rows[:, :7])[:, :3])
         planner = diagram.GetSubsystemByName(f"{prefix}planner")
-        rows = planner.GetInputPort("human_states").size() // 7
         others = len(scenario.robots) - 1
-        assert rows == len(diagram.humans) + others + 5
-    assert (errors[0][-1] != 0).all()
-    assert abs(np.corrcoef(errors[0][-5:, 2], errors[1][-5:, 2])[0, 1]) < 0.999
-    assert (errors[0][-1] != errors[1][-1]).all()
+        expected = 7 * (len(diagram.humans) + others + 5)
+        assert planner.GetInputPort("human_states").size() == expected
+    # (Robots that drive alike, by the same draws, would have equal ratios.)
+    one, other = np.diff(errors, axis=1)[:, 3:, 2]
+    assert np.ptp(one / other) > 0.1
     assert RunTrial(scenario, diagram=diagram).recording == (
         RunTrial(scenario).recording
     )
@@ -296,11 +294,8 @@ def test_a_localization_of_ones_own_is_an_option():
     class Shifted(ErrorModel):
         by: float = 1.0
 
-        def first_error(self, normal):
+        def next_error(self, error, motion, time_step, normal):
             return np.array([self.by, 0.0, 0.0])
-
-        def next_error(self, error, before, now, time_step, normal):
-            return error
 
     robots, _, recording = watched(
         parameters="localization: {type: shifted, by: 0.5}"
