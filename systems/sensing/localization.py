@@ -111,7 +111,7 @@ class Localization(Sampling, LeafSystem):
 
         Where the error is 0, they are equal, bit for bit.
         """
-        rows = port.Eval(context).reshape(-1, STATE_SIZE).copy()
+        rows: Array = port.Eval(context).reshape(-1, STATE_SIZE).copy()
         robot = self._robot_state.Eval(context)
         error_x, error_y, turn = self._samples.Eval(context)[:3].tolist()
         c, s = math.cos(turn) - 1, math.sin(turn)

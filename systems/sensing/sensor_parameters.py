@@ -92,8 +92,7 @@ class LidarParameters(Mount):
     """Standard deviation of the distances, in meters; 0 for exact ones."""
 
     noise_per_meter: DeviationPerMeter = 0.0
-    """Increase of this standard deviation with the distance, in meters per
-    meter."""
+    """Increase of this standard deviation with the distance, in m/m."""
 
     dropout: Chance = 0.0
     """Probability that a ray has no return, and so gives `range_max`."""
@@ -173,21 +172,20 @@ class DetectorErrors:
     """Probability that a person in view is missed in a detection."""
 
     missed_per_meter: ChancePerMeter = 0.01
-    """Increase of this probability with the distance, per meter."""
+    """Increase of this probability with the distance, in 1/m."""
 
     noise: Deviation = 0.05
     """Standard deviation of x and of y of a person, in meters."""
 
     noise_per_meter: DeviationPerMeter = 0.01
-    """Increase of this standard deviation with the distance, in meters per
-    meter."""
+    """Increase of this standard deviation with the distance, in m/m."""
 
     velocity_noise: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.1
     """Standard deviation of each component of the velocity, in m/s."""
 
     false_rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 0.1
-    """Mean number of false detections that begin per second: people at rest,
-    placed at random in view, of 0.3 m radius."""
+    """Rate at which false detections begin, in 1/s: people at rest, placed at
+    random in view, with a radius of 0.3 m."""
 
     false_duration: Annotated[
         StrictFloat, within(0, 1000, "s", low_open=True)
