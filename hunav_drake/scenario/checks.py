@@ -300,7 +300,9 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
         (("evaluator", "period"), scenario.evaluator.period),
         (("simulation", "duration"), scenario.simulation.duration),
     ]
-    delays = [(("robot", "command_delay"), scenario.robot.command_delay)]
+    delays: list[tuple[Loc, float]] = [
+        (("robot", "command_delay"), scenario.robot.command_delay)
+    ]
     places: list[tuple[Loc, Any]] = [
         (("planner", "sees"), scenario.planner.sees),
         *((("sensors", i), it) for i, it in enumerate(scenario.sensors)),

@@ -82,6 +82,17 @@ def test_without_errors_it_detects_as_visible_people():
         np.testing.assert_array_equal(one.ravel(), expected)
 
 
+def test_a_mirrored_world_without_errors_is_detected_mirrored():
+    sign = np.array([1, -1, -1, 1, -1, -1, 1])
+    dut = make(CROWD, field_of_view=2.0, range_max=7.0)
+    found, _ = detections(dut, CROWD, [0.0], robot=(0.5, 0.25, 0.2))
+    other, _ = detections(dut, CROWD * sign, [0.0], robot=(0.5, -0.25, -0.2))
+    here = ~is_outside(found)
+    assert 0 < here.sum() < 5
+    np.testing.assert_array_equal(here, ~is_outside(other))
+    np.testing.assert_array_equal(other[here], found[here] * sign)
+
+
 def assert_binomial(hits, trials, p):
     low, high = binom.interval(1 - 1e-6, trials, p)
     assert low <= hits <= high, (hits, trials, p)
