@@ -1,6 +1,7 @@
 """Errors and delays in whole trials: by seed, in the Context, for planners."""
 
 import dataclasses
+import re
 
 import numpy as np
 from pydantic.dataclasses import dataclass
@@ -220,6 +221,12 @@ def test_the_evaluation_takes_the_true_pose():
         for own, humans in ((robots, people), true[:2])
     )
     np.testing.assert_allclose(away, expected, atol=1e-9)
+
+
+def test_the_end_of_a_trial_tells_how_far_off_the_pose_is():
+    result = RunTrial(noisy("simulation.duration=1.0"))
+    told = r"the pose that the planner has is off by 0\.\d\d m and 0\.\d\d rad"
+    assert re.search(told, result.end_message)
 
 
 def test_each_of_several_robots_has_errors_of_its_own():
