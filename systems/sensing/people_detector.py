@@ -60,8 +60,10 @@ class PeopleDetector(Sampling, VisiblePeople):
     False detections begin as a Poisson process of `false_rate`, and last
     exponentially distributed times with the mean `false_duration`, in whole
     periods; each ends early when it is no longer in view. They are at rest in
-    W, uniformly distributed over the area in view, but not on the robot, face
-    the detector, and have the radius 0.3 m. There are at most `max_false`.
+    W, in a direction that is uniformly distributed over the field of view, and
+    there uniformly over the area up to the first wall, but not on the robot;
+    they face the detector, and have the radius 0.3 m. There are at most
+    `max_false`.
 
     The ports are those of `VisiblePeople`; after the rows of people and robots
     come `config.num_false_rows` for false detections. Draws depend on the seed,
