@@ -1,4 +1,4 @@
-"""Draws `sensors_scan.png` and `sensors_camera.png`: what a robot senses.
+"""Draws `sensors_*.png`: what a robot senses, and with which errors.
 
 python docs/draw_sensors.py
 """
@@ -92,8 +92,84 @@ def draw_images(output) -> None:
     figure.savefig(FOLDER / "sensors_camera.png", dpi=75)
 
 
+ERRORS = """
+humans:
+  - {pose: [3, 1.5, 0], desired_speed: 0.0}
+  - {pose: [6, -1.5, 0], desired_speed: 0.0}
+  - {pose: [9, 1.5, 0], desired_speed: 0.0}
+robot: {start: [0, 0, 0], radius: 0.3}
+sensors:
+  - type: people_detector
+    noise_per_meter: 0.03
+    false_rate: 0.5
+    range_max: 10
+    field_of_view: 1.6
+evaluator: {metrics: [duration]}
+simulation: {duration: 20.0}
+"""
+LOOP = """
+humans: []
+robot: {start: [0, 0, 0], goal: [0, 9, 0], goal_yaw_tolerance: 3.15}
+world: {walls: [{type: box, center: [3, 4.5], size: [10, 3]}]}
+evaluator: {metrics: [duration]}
+simulation: {duration: 60.0}
+"""
+
+
+def draw_errors() -> None:
+    """Draws what a detector reports, and estimated poses on one drive."""
+    figure, axes = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
+    rows = recorded(LoadScenario(data=ERRORS), "visible_people", 20.0)
+    rows = rows.reshape(len(rows), -1, 7)
+    people, false = rows[:, :3].reshape(-1, 7), rows[:, 3:].reshape(-1, 7)
+    for place, color, label in (
+        (people, BLUE, "detections in 20 s"),
+        (false, GRAY, "false detections"),
+    ):
+        place = place[place[:, 0] < 100]
+        axes[0].plot(*place[:, :2].T, ".", color=color, ms=3, label=label)
+    for person in LoadScenario(data=ERRORS).humans:
+        disc = Circle(
+            person.pose[:2], 0.25, fill=False, color=ORANGE, lw=2, zorder=3
+        )
+        axes[0].add_patch(disc)
+    axes[0].plot([], [], "o", mfc="none", color=ORANGE, label="people")
+    axes[0].add_patch(Circle((0, 0), 0.3, color="0.2"))
+    for name, color, size in (
+        ("odometry", ORANGE, "alpha1: 0.01, alpha2: 0.004, alpha3: 0.004"),
+        ("gauss_markov", BLUE, "position_deviation: 0.2"),
+    ):
+        estimate = f"planner={{type: dwb, localization: {{type: {name},"
+        estimate += f" {size}}}}}"
+        scenario = LoadScenario(data=LOOP, overrides=[estimate])
+        rows = recorded(scenario, "estimated_robot_state", 30.0)
+        axes[1].plot(*rows[:, :2].T, color=color, lw=1, label=name)
+        rows = recorded(scenario, "robot_state", 30.0)
+        axes[1].plot(*rows[:, :2].T, color=color, lw=2, ls=":")
+    axes[1].plot([], [], color="0.2", lw=2, ls=":", label="true ways")
+    for wall in scenario.world.walls:
+        axes[1].add_patch(Polygon(wall.vertices(), color="0.85"))
+    for panel in axes:
+        panel.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
+        panel.legend(loc="best", fontsize="small")
+    figure.savefig(FOLDER / "sensors_errors.png", dpi=80)
+
+
+def recorded(scenario, name: str, end: float):
+    """Returns what an output of a trial gives every 0.1 s."""
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    found = []
+    for k in range(round(10 * end)):
+        simulator.AdvanceTo(0.1 * k)
+        found.append(
+            diagram.GetOutputPort(name).Eval(simulator.get_context()).copy()
+        )
+    return np.array(found)
+
+
 def main() -> None:
-    """Draws both, at one instant of a trial."""
+    """Draws them: one instant of a trial, and then errors."""
     scenario = LoadScenario(data=SCENARIO)
     diagram = MakeTrialDiagram(scenario)
     simulator = MakeTrialSimulator(diagram)
@@ -105,6 +181,7 @@ def main() -> None:
 
     draw_scan(scenario, output)
     draw_images(output)
+    draw_errors()
     for path in sorted(FOLDER.glob("sensors_*.png")):
         print(f"Wrote {path}, {path.stat().st_size // 1000} kB")
 

@@ -20,7 +20,7 @@ from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.population_config import CohortConfig
 from hunav_drake.systems.planning import PERCEPTIONS, PLANNERS
 from hunav_drake.systems.robot import DRIVES, ROBOTS
-from hunav_drake.systems.sensing import SENSORS
+from hunav_drake.systems.sensing import LOCALIZATIONS, SENSORS
 from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALLS
 from tests.choices import NEEDED, shipped
@@ -148,6 +148,7 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
                 robot["drive"]["height"] = 0.01
     planner = _drawn(rng, PLANNERS)
     planner["sees"] = _drawn(rng, PERCEPTIONS)
+    planner["localization"] = _drawn(rng, LOCALIZATIONS)
     if (
         "batch_size"
         in described_schema(PLANNERS[planner["type"]])["properties"]

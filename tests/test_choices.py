@@ -47,7 +47,7 @@ from hunav_drake.systems.robot import (
     RobotTask,
     register_robot,
 )
-from hunav_drake.systems.sensing import SENSORS
+from hunav_drake.systems.sensing import LOCALIZATIONS, SENSORS
 from hunav_drake.systems.world.furniture import FURNITURE
 from hunav_drake.systems.world.shapes import WALLS
 from tests.choices import NEEDED
@@ -68,6 +68,7 @@ KINDS = {
     "furniture": Kind(FURNITURE, ("world", "furniture", 0)),
     "drive": Kind(DRIVES, ("robot", "drive")),
     "perception": Kind(PERCEPTIONS, ("planner", "sees")),
+    "localization": Kind(LOCALIZATIONS, ("planner", "localization")),
 }
 CHOICES = [
     pytest.param(kind, name, id=f"{kind} {name}")
@@ -184,6 +185,8 @@ def make_trial(kind, name):
         part = {"sensors": [{"type": name}]}
     elif kind == "perception":
         part = {"planner": {"type": "sfm", "sees": name}}
+    elif kind == "localization":
+        part = {"planner": {"type": "sfm", "localization": name}}
     else:
         part = {kind: name}
     return dataclasses.replace(scenario, **part)

@@ -39,6 +39,7 @@ from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
 from hunav_drake.systems.people.tracks import Track
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.sensing.sensor_config import CameraConfig, LidarConfig
+from hunav_drake.systems.sensing.sensor_parameters import Delayed
 from hunav_drake.tracks.recorded import load_tracks, track_of
 
 # Times that differ by less are the same, in seconds.
@@ -299,12 +300,19 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
         (("evaluator", "period"), scenario.evaluator.period),
         (("simulation", "duration"), scenario.simulation.duration),
     ]
-    times += [
-        (("sensors", i, "period"), sensor.period)
-        for i, sensor in enumerate(scenario.sensors)
-        if hasattr(sensor, "period")
+    delays: list[tuple[Loc, float]] = [
+        (("robot", "command_delay"), scenario.robot.command_delay)
     ]
-    for loc, time in times:
+    places: list[tuple[Loc, Any]] = [
+        (("planner", "sees"), scenario.planner.sees),
+        *((("sensors", i), it) for i, it in enumerate(scenario.sensors)),
+    ]
+    for loc, part in places:
+        if hasattr(part, "period"):
+            times.append(((*loc, "period"), part.period))
+        if isinstance(part, Delayed):
+            delays.append(((*loc, "delay"), part.delay))
+    for loc, time in times + [it for it in delays if it[1]]:
         if not is_multiple(time, step):
             yield Finding(
                 loc,

@@ -127,7 +127,8 @@ def _place(scenario: Scenario, i: int, loc: Loc) -> Loc:
 # The systems of each robot, and those of a trial: see `MakeTrialDiagram`.
 _SYSTEMS = (
     *("robot", "contacts", "planner", "evaluator", "monitor", "goal"),
-    *("perception", "other_robot_states", "seen"),
+    *("perception", "perception_delay", "localization", "command_delay"),
+    *("other_robot_states", "seen"),
 )
 _SHARED = (
     *("humans", "plant", "scene", "scene_graph", "robot_states", "touches"),

@@ -21,6 +21,15 @@ _DRAWN_MODES = ("random_normal", "random_uniform")
 _UNPUSHED = frozenset(BEHAVIORS) - {"scared"}
 
 
+# The sizes of errors of sensors, perceptions and localizations.
+_ERRORS = (
+    *("noise", "noise_per_meter", "dropout", "velocity_noise"),
+    *("missed", "missed_per_meter", "false_rate"),
+    *("alpha1", "alpha2", "alpha3", "alpha4"),
+    *("position_deviation", "yaw_deviation"),
+)
+
+
 def drawn_by_seed(scenario: Scenario) -> tuple[str, ...]:
     """Returns the random draws of a trial, in words; () if there are none.
 
@@ -54,9 +63,14 @@ def _draws(scenario: Scenario) -> Iterator[str]:
     robots = [part.scenario for part in robot_parts(scenario)]
     if any(map(_is_noise_seen, robots)):
         yield "noise of the lidar"
-    own = [
-        it for robot in robots for it in (robot.planner.sees, *robot.sensors)
-    ]
+    planners = [robot.planner for robot in robots]
+    if any(_has_errors(planner.sees) for planner in planners):
+        yield "errors of the detector"
+    if any(_has_errors(planner.localization) for planner in planners):
+        yield "error of the localization"
+    own: list[object] = [it for robot in robots for it in robot.sensors]
+    own += [it.sees for it in planners]
+    own += [it.localization for it in planners]
     for part in (*own, *scenario.sensors):
         if is_own(part):
             yield f"user-defined {type(part).__name__}"
@@ -85,10 +99,15 @@ def _is_noise_seen(scenario: Scenario) -> bool:
     lidars = [it for it in scenario.sensors if isinstance(it, LidarConfig)]
     if is_own(planner) and not hasattr(planner, "scan_size"):
         # Its system may have an input port for the scan of any lidar.
-        return any(lidar.noise > 0 for lidar in lidars)
+        return any(map(_has_errors, lidars))
     lidar = first_lidar(scenario)
     asks = planner.sees.by_lidar or asked_scan_size(planner) != 0
-    return asks and lidar is not None and lidar.noise > 0
+    return asks and lidar is not None and _has_errors(lidar)
+
+
+def _has_errors(part: object) -> bool:
+    """Returns whether a sensor, perception or localization draws errors."""
+    return not is_own(part) and any(getattr(part, it, 0) for it in _ERRORS)
 
 
 def is_own(part: object) -> bool:

@@ -37,18 +37,24 @@ from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import AddPhysicalRobots, PhysicalRobot
 from hunav_drake.systems.scene import AddScene, ScenePorts
 from hunav_drake.systems.scene.scene_config import COSTMAPS
+from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.systems.sensing.sensor_config import (
     LidarConfig,
     Rendering,
     SensingTask,
     name_sensors,
 )
+from hunav_drake.systems.sensing.sensor_parameters import Delayed
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.humans import AddHumans, HumanPorts
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
+
+# The number of the planner's perception and localization, beside sensors: their
+# draws do not depend on the number of sensors.
+_OF_PLANNER = 999
 
 # Output ports by the names of the inputs that they are for; None for a port
 # that the trial does not have.
@@ -242,7 +248,9 @@ def AddPlanner(
         goal_tolerance=robot.goal_tolerance,
         goal_yaw_tolerance=robot.goal_yaw_tolerance,
         obstacles=obstacles,
-        num_humans=0 if by_lidar else len(scenario.humans) + num_others,
+        num_humans=0
+        if by_lidar
+        else len(scenario.humans) + num_others + planner.sees.num_false_rows,
         time_step=scenario.simulation.time_step,
         lidar=first_lidar(scenario),
         on_error="stop" if part.name else "raise",
@@ -381,7 +389,7 @@ def AddSensors(
 def AddPerception(
     builder: DiagramBuilder, part: RobotPart, given: Ports, everything: Ports
 ) -> Ports:
-    """Adds the planner's perception of people, as "perception".
+    """Adds what the planner perceives of people, as "perception".
 
     Nothing is added if the planner sees everything, which are the ports
     `everything`, where they differ from those `given`.
@@ -397,7 +405,7 @@ def AddPerception(
     if sees.by_lidar:
         nobody = builder.AddNamedSystem(name, ConstantVectorSource([]))
         return {**given, "human_states": nobody.get_output_port()}
-    task = _sensing_task(part, given, len(part.scenario.sensors))
+    task = _sensing_task(part, given, _OF_PLANNER)
     system = sees.MakeSystem(task)
     if system is None:
         return {**given, **everything}
@@ -407,7 +415,7 @@ def AddPerception(
         inputs={},
         outputs={
             "visible_people": STATE_SIZE
-            * (task.num_humans + task.num_other_robots)
+            * (task.num_humans + task.num_other_robots + sees.num_false_rows)
         },
     )
     builder.AddNamedSystem(name, system)
@@ -415,6 +423,54 @@ def AddPerception(
     seen = {name: given[name] for name in names if name in given}
     ConnectByName(builder, seen, system)
     return {**given, "human_states": system.GetOutputPort("visible_people")}
+
+
+def AddLocalization(
+    builder: DiagramBuilder, part: RobotPart, given: Ports, seen: Ports
+) -> Ports:
+    """Adds what the planner knows of its robot's pose, as "localization".
+
+    People are moved with the robot, and then delayed, if they are, by
+    "perception_delay". Nothing is added if the pose is exact.
+
+    Returns:
+        The ports for the planner: those `seen` (see `AddPerception`), with the
+        estimated pose also as "estimated_robot_state", if there is one.
+
+    Raises:
+        TypeError: If the system of a user-defined localization lacks a port.
+    """
+    planner = part.scenario.planner
+    people = seen["human_states"]
+    assert people is not None
+    task = dataclasses.replace(
+        _sensing_task(part, given, _OF_PLANNER),
+        num_humans=people.size() // STATE_SIZE,
+    )
+    system = planner.localization.MakeSystem(task)
+    if system is not None:
+        sizes = {"robot_state": STATE_SIZE, "people": people.size()}
+        sizes = {name: size for name, size in sizes.items() if size}
+        CheckPorts(
+            system,
+            f"the localization {type(planner.localization).__name__}",
+            inputs=sizes,
+            outputs={f"estimated_{name}": sizes[name] for name in sizes},
+        )
+        builder.AddNamedSystem(f"{part.prefix}localization", system)
+        ports = {"robot_state": given["robot_state"], "people": people}
+        ConnectByName(builder, ports, system)
+        people = _port_of(system, "estimated_people") or people
+        estimate = system.GetOutputPort("estimated_robot_state")
+        seen = {**seen, "estimated_robot_state": estimate}
+        seen = {**seen, "robot_state": estimate}
+    if isinstance(planner.sees, Delayed):
+        people = AddDelay(
+            builder,
+            f"{part.prefix}perception_delay",
+            *(people, planner.sees.delay, task.time_step),
+        )
+    return {**seen, "human_states": people}
 
 
 def _sensing_task(

@@ -26,7 +26,8 @@ def TransferContext(
     So a trial continues with another planner, other walls or another motion
     model, to answer "what if". People, robot, recording, goal and fixed values
     of input ports keep their state, bit for bit. Planner, perception and
-    sensors keep theirs if kind and parameters are the same. Otherwise they
+    sensors keep theirs if kind and parameters are the same, and a localization
+    its error, if both diagrams have one. Otherwise they
     start anew, a planner with the last command to the robot.
 
     Args:
@@ -41,7 +42,7 @@ def TransferContext(
 
     Raises:
         ValueError: If the scenarios differ in one of these parts; if a system
-            with a state, other than planner, perception and sensors, exists in
+            with a state, other than those of planner and sensors, exists in
             one diagram only, or differs so that its state has no meaning; if
             an input port with a fixed value does; or if `context` does not
             belong to `diagram`.
@@ -133,11 +134,11 @@ def _first_difference(was: Any, now: Any, path: str) -> str:
 def _begins_anew(path: str, diagram: Diagram) -> bool:
     """Returns whether a system may differ and start anew."""
     part = path.split("/")[0]
-    names = ("planner", "perception", "sensor_")
-    own = (prefix + it for prefix in diagram.prefixes.values() for it in names)
+    names = ("planner", "perception", "perception_delay", "localization")
     return any(
-        part.startswith(it) if it.endswith("_") else part == it
-        for it in ("sensor_", *own)
+        part.removeprefix(prefix) in names
+        or part.removeprefix(prefix).startswith("sensor_")
+        for prefix in ("", *diagram.prefixes.values())
     )
 
 

@@ -18,9 +18,11 @@ from hunav_drake.scenario.population import people_seed, with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.trial.blocks import (
     AddEvaluator,
     AddGoal,
+    AddLocalization,
     AddMonitor,
     AddPeople,
     AddPerception,
@@ -107,15 +109,18 @@ def MakeTrialDiagram(
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
         "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`), "scene"
         (`AddScene`), the sensors (see `AddSensors`) and, unless the planner
-        sees everything, "perception" (see `AddPerception`); of "plant" and
-        "scene_graph" for a robot that is a body of a plant, else of "contacts"
-        (`DiscContacts`). Its only input is "trigger", if that starts the
-        recording (`EvaluatorConfig.start`). Its outputs are "robot_state",
+        sees everything, "perception" (see `AddPerception`); of "localization"
+        and "perception_delay" (see `AddLocalization`) and of "command_delay",
+        if the planner's pose is not exact, or if these are delayed; of "plant"
+        and "scene_graph" for a robot that is a body of a plant, else of
+        "contacts" (`DiscContacts`). Its only input is "trigger", if that starts
+        the recording (`EvaluatorConfig.start`). Its outputs are "robot_state",
         "human_states", "behavior_status", "forces", "contacts",
         "velocity_command", "planner_status", "planner_path", "metrics",
-        "recording", "trial_status", "query", the outputs of the sensors, such
-        as "scan", "local_costmap" and "global_costmap" (see `NavigationSystem`)
-        of a planner with maps, "traffic" (see `OpenCrowd`) if people come and
+        "recording", "trial_status", "query", "estimated_robot_state" if it is
+        not exact, the outputs of the sensors, such as "scan", "local_costmap"
+        and "global_costmap" (see `NavigationSystem`) of a planner with maps,
+        "traffic" (see `OpenCrowd`) if people come and
         go, and "replay" (see `RecordedPeople`) if some are recorded. For its
         scenario see `TrialDiagram`.
 
@@ -176,8 +181,10 @@ def MakeTrialDiagram(
         sensed = AddSensors(builder, part, scene, given)
         given = {**given, **sensed}
         seen = AddPerception(builder, part, given, around.seen)
+        seen = AddLocalization(builder, part, given, seen)
         own: Ports = {
             "robot_state": robot.robot_state,
+            "estimated_robot_state": seen.get("estimated_robot_state"),
             "contacts": robot.contacts,
             "velocity_command": planner.velocity_command,
             "planner_status": planner.status,
@@ -186,7 +193,14 @@ def MakeTrialDiagram(
             "recording": evaluator.GetOutputPort("recording"),
             "trial_status": monitor.GetOutputPort("trial_status"),
         }
-        builder.Connect(planner.velocity_command, robot.velocity_command)
+        command = AddDelay(
+            builder,
+            f"{part.prefix}command_delay",
+            planner.velocity_command,
+            part.scenario.robot.command_delay,
+            full.simulation.time_step,
+        )
+        builder.Connect(command, robot.velocity_command)
         ConnectByName(builder, {**given, **around.bodies}, robot.systems[0])
         ConnectByName(builder, given, *robot.systems[1:], evaluator, monitor)
         ConnectByName(builder, seen, planner.system)

@@ -1,7 +1,9 @@
 """The seed of a Context, which determines all random draws."""
 
+from collections.abc import Iterator
+
 from pydrake.common import RandomGenerator
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Context, Diagram, System
 
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.systems.common.layout import STATE_SIZE
@@ -68,12 +70,9 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
     diagram.ValidateContext(context)
     diagram.SetDefaultContext(context)
     context.SetTime(0.0)
-    crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
-    crowd.SetSeed(crowd.GetMyMutableContextFromRoot(context), seed)
-    # Sensors with noise.
-    for system in diagram.GetSystems():
-        if hasattr(system, "SetSeed"):
-            system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
+    # The crowd, and what has noise.
+    for system in _seeded(diagram):
+        system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
     if diagram.HasSubsystemNamed("plant"):
         # The bodies of people start at the same places.
         from hunav_drake.systems.robot.plant_people import PlacePeople
@@ -88,6 +87,15 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
                     plant.GetMyMutableContextFromRoot(context),
                     states.reshape(-1, STATE_SIZE),
                 )
+
+
+def _seeded(diagram: Diagram) -> Iterator[System]:
+    """Yields the systems with a seed, in the order of the diagram."""
+    for system in diagram.GetSystems():
+        if hasattr(system, "SetSeed"):
+            yield system
+        elif isinstance(system, Diagram):
+            yield from _seeded(system)
 
 
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:

@@ -368,6 +368,16 @@ def _end_message(
         if reason == "planner_failed":
             return words or parts[0]
         parts += [f"the planner: {words}"] if words else []
+    estimate = f"{part.prefix}estimated_robot_state"
+    if diagram.HasOutputPort(estimate):
+        x, y, yaw = (
+            diagram.GetOutputPort(estimate).Eval(context)
+            - diagram.GetOutputPort(f"{part.prefix}robot_state").Eval(context)
+        )[:3].tolist()
+        parts.append(
+            f"the pose that the planner has is off by {math.hypot(x, y):.2f} m"
+            f" and {abs(yaw):.2f} rad"
+        )
     recording = _recording_until_now(part, diagram, context)
     for other in robot_parts(diagram.scenario):
         # (Other robots may be in the way, as people.)

@@ -71,17 +71,21 @@ class LiveControls:
         meshcat.AddSlider(SPEED, 0.25, 8.0, 0.25, self._speed)
         duration = scenario.simulation.duration
         meshcat.AddSlider(CLOCK, 0.0, duration, 0.1, 0.0)
-        # The clock has a slider; a scan needs a lidar, and a costmap a planner
-        # with costmaps.
+        # The clock has a slider; a scan needs a lidar, a costmap a planner with
+        # costmaps, and an estimate a localization.
         scene = diagram.GetSubsystemByName("scene")
         has = {
             "scan": scene.HasInputPort,
-            **dict.fromkeys(COSTMAPS, diagram.HasOutputPort),
+            **dict.fromkeys((*COSTMAPS, "estimate"), diagram.HasOutputPort),
         }
+        port_names = {"estimate": "estimated_robot_state"}
         missing = {"clock"} | {
             overlay
             for overlay, has_port in has.items()
-            if not any(has_port(port_of(it, overlay)) for it in self._robots)
+            if not any(
+                has_port(port_of(it, port_names.get(overlay, overlay)))
+                for it in self._robots
+            )
         }
         self._switched = [it for it in OVERLAYS if it not in missing]
         for overlay in self._switched:

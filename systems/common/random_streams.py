@@ -34,6 +34,11 @@ class Purpose(IntEnum):
     ARRIVAL_PLACE = 14
     REACTION = 15
     LIDAR_NOISE = 20
+    LIDAR_DROPOUT = 21
+    MISSED_DETECTION = 22
+    DETECTION_NOISE = 23
+    FALSE_DETECTION = 24
+    LOCALIZATION = 25
 
 
 def check_seed(seed: int) -> int:
@@ -52,16 +57,24 @@ def check_seed(seed: int) -> int:
 
 
 def draw_uniform(
-    seed: int, human_ids: Sequence[int], purpose: Purpose, size: int
+    seed: int,
+    human_ids: Sequence[int],
+    purpose: Purpose,
+    size: int,
+    *,
+    step: int = 0,
 ) -> Array:
     """Returns numbers in [0, 1), of shape (n, size) for n people.
 
     A person's row follows from the seed, the person's id and the purpose alone.
+    Repeated draws, as the noise of a sensor, have streams of their own for each
+    step, a whole number from 0. Things other than people have numbers for ids,
+    too.
 
     Raises:
         ValueError: If the seed is not a whole number in [0, 2^63).
     """
-    streams = _streams(seed, human_ids, purpose)
+    streams = _streams(seed, human_ids, purpose, step)
     return np.array([stream.random(size) for stream in streams]).reshape(
         len(human_ids), size
     )
@@ -77,9 +90,7 @@ def draw_normal(
 ) -> Array:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
-    Repeated draws, as the noise of a sensor, have streams of their own for each
-    step, a whole number from 0. All else is as for `draw_uniform`; things other
-    than people have numbers for ids, too.
+    All else is as for `draw_uniform`.
     """
     streams = _streams(seed, human_ids, purpose, step)
     return np.array(

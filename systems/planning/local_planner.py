@@ -187,7 +187,7 @@ class LocalPlanner(LeafSystem):
         parameters = ", ".join(
             f"{field.name}={getattr(planner, field.name)!r}"
             for field in dataclasses.fields(planner)
-            if field.name != "cycle_limit"
+            if field.name not in ("cycle_limit", "localization")
         )
         return [f"of planner {self._name}({parameters})"]
 

@@ -21,6 +21,10 @@ from hunav_drake.systems.planning.perception import (
     PerceptionConfig,
 )
 from hunav_drake.systems.robot.robot_config import RobotLimits
+from hunav_drake.systems.sensing.localization_config import (
+    LOCALIZATIONS,
+    LocalizationConfig,
+)
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
@@ -103,8 +107,14 @@ class PlannerConfig(ABC):
     sees: Annotated[PerceptionConfig, PERCEPTIONS] = field(
         default_factory=PERCEPTIONS.make
     )
-    """What the planner knows of people: `everything`, `visible` (in view), or
-    `lidar` (only its scan)."""
+    """What the planner knows of people: `everything`, `visible` (in view),
+    `detector` (in view, with errors), or `lidar` (only its scan)."""
+
+    localization: Annotated[LocalizationConfig, LOCALIZATIONS] = field(
+        default_factory=LOCALIZATIONS.make
+    )
+    """What the planner knows of the robot's pose: `exact`, `odometry` (an error
+    that grows), or `gauss_markov` (an error that stays small)."""
 
     def reaction_time(self, task: PlanningTask) -> float:
         """Returns the time from a decision until the next one takes effect.

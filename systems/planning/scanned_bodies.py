@@ -35,7 +35,8 @@ def bodies(task: PlanningTask, view: View, reach: float = math.inf) -> Array:
     points = scan_points(task.lidar, view.scan, view.robot)
     away = np.hypot(*(points - view.robot[:2]).T)
     points = points[away < reach]
-    near = _NEAR_WALL + 3.0 * task.lidar.noise
+    # (From the robot, not from the lidar on it.)
+    near = _NEAR_WALL + 3.0 * task.lidar.deviation(away[away < reach])
     if len(points) and len(task.obstacles):
         offsets = points - nearest_wall(task.obstacles, points)
         points = points[np.hypot(*offsets.T) > near]

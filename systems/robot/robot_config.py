@@ -116,6 +116,10 @@ class RobotConfig(ABC):
     """Tolerance of the heading at the goal, in radians; pi or more allows any
     final heading."""
 
+    command_delay: Annotated[StrictFloat, within(0, 5, "s")] = 0.0
+    """Time from a command of the planner until the robot gets it, in seconds; a
+    multiple of the trial's time step. Planners do not know of it."""
+
     @abstractmethod
     def MakeSystem(self, task: RobotTask) -> Any:
         """Makes the robot: a LeafSystem or a Diagram with these ports.

@@ -18,6 +18,7 @@ from hunav_drake.systems.common.schema import CONFIG
 # forces     the forces on people: to goals, from people and from walls
 # names      the names of people, their behaviors and activities
 # reactions  the people who react to the robot
+# estimate   the pose that a planner takes for that of its robot
 # scan       the hits of the robot's lidar
 # clock      the time of the trial
 Overlay = Literal[
@@ -30,6 +31,7 @@ Overlay = Literal[
     "forces",
     "names",
     "reactions",
+    "estimate",
     "scan",
     "clock",
 ]
@@ -40,6 +42,7 @@ SHOWN: tuple[Overlay, ...] = (
     "plan",
     "names",
     "reactions",
+    "estimate",
     "clock",
 )
 
@@ -48,7 +51,9 @@ SHOWN: tuple[Overlay, ...] = (
 COSTMAPS: tuple[Overlay, ...] = ("local_costmap", "global_costmap")
 
 # Overlays that recordings of trials do not contain, nor films of them.
-NOT_RECORDED: tuple[Overlay, ...] = ("plan", *COSTMAPS, "forces", "scan")
+NOT_RECORDED: tuple[Overlay, ...] = (
+    *("plan", *COSTMAPS, "forces", "estimate", "scan"),
+)
 
 # The radii of the intimate, personal and social space, in meters.
 PROXEMIC_RADII = (0.45, 1.2, 3.6)

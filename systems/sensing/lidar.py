@@ -1,10 +1,7 @@
 """A lidar that scans a horizontal plane."""
 
-import math
-
 import numpy as np
 from pydrake.systems.framework import (
-    BasicVector,
     Context,
     DiscreteValues,
     InputPort,
@@ -13,19 +10,18 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.checks import check_count, count_steps
+from hunav_drake.systems.common.checks import check_count
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, X, Y
 from hunav_drake.systems.common.ports import RequirePort
 from hunav_drake.systems.common.random_streams import (
     Purpose,
-    check_seed,
     draw_normal,
-    halves_to_seed,
-    seed_to_halves,
+    draw_uniform,
 )
 from hunav_drake.systems.people.gait import advance_gait, initial_gait
 from hunav_drake.systems.people.legs import ELLIPSE_SIZE, legs_at
 from hunav_drake.systems.sensing.ray_kernels import ray_distances
+from hunav_drake.systems.sensing.sampling import Sampling
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_parameters import LidarParameters
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -34,7 +30,7 @@ from hunav_drake.systems.world.obstacles import Obstacles
 PERSON_HEIGHT = 1.7
 
 
-class Lidar(LeafSystem):
+class Lidar(Sampling, LeafSystem):
     """Measures the distances to walls, people and other robots.
 
     .. pydrake_system::
@@ -55,8 +51,9 @@ class Lidar(LeafSystem):
 
     Every ``config.period`` a scan of the current instant is taken; the port
     gives it at once, until the next one. With noise, each distance has a
-    normally distributed error that depends on the seed, the number of the lidar
-    and the number of the scan (Philox: see `random_streams`).
+    normally distributed error, and with dropout some rays have no return; both
+    depend on the seed, the number of the lidar and the number of the scan
+    (Philox: see `random_streams`).
 
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
     robot, ``human_states`` n such rows of the people, and
@@ -104,9 +101,13 @@ class Lidar(LeafSystem):
         """
         super().__init__()
         self._config = config or LidarParameters()
-        self._steps_per_scan = count_steps(self._config.period, time_step)
-        self._time_step = time_step
-        self._number = check_count("number", number)
+        self._DeclareSampling(
+            np.full(self._config.num_rays, self._config.range_max),
+            period=self._config.period,
+            time_step=time_step,
+            seed=seed,
+            number=number,
+        )
         if obstacles is None:
             obstacles = Obstacles.from_shapes([], solid=[])
         self._walls = obstacles.table
@@ -130,28 +131,11 @@ class Lidar(LeafSystem):
             self._others = self.DeclareVectorInputPort(
                 "other_robot_states", num_others * STATE_SIZE
             )
-        no_scan = np.full(self._config.num_rays + 1, self._config.range_max)
-        no_scan[-1] = -1
-        self._held = self.DeclareDiscreteState(no_scan)
         self._gait = None
         if self._has_humans and self._config.people == "legs":
             self._gait = self.DeclareDiscreteState(initial_gait(num_humans))
-        self._seed = self.DeclareNumericParameter(
-            BasicVector(seed_to_halves(check_seed(seed)))
-        )
-        self._scan = self.DeclareVectorOutputPort(
-            "scan",
-            self._config.num_rays,
-            self._CalcScan,
-            prerequisites_of_calc={
-                self.time_ticket(),
-                self.all_input_ports_ticket(),
-                self.xd_ticket(),
-                self.all_parameters_ticket(),
-            },
-        )
-        self.DeclarePeriodicDiscreteUpdateEvent(
-            period_sec=time_step, offset_sec=0.0, update=self._Update
+        self._samples = self.DeclareVectorOutputPort(
+            "scan", self._config.num_rays, self._CalcSample
         )
 
     def get_robot_state_input_port(self) -> InputPort:
@@ -174,37 +158,9 @@ class Lidar(LeafSystem):
 
     def get_scan_output_port(self) -> OutputPort:
         """Returns the port with the distances."""
-        return self._scan
+        return self._samples
 
-    def SetSeed(self, context: Context, seed: int) -> None:
-        """Sets the seed of the noise in a Context; nothing else changes.
-
-        Raises:
-            ValueError: If the seed is not in [0, 2^63).
-        """
-        halves = seed_to_halves(check_seed(seed))
-        context.get_mutable_numeric_parameter(self._seed).SetFromVector(halves)
-
-    def GetSeed(self, context: Context) -> int:
-        """Returns the seed of a Context of this system."""
-        parameter = context.get_numeric_parameter(self._seed)
-        return halves_to_seed(parameter.CopyToVector())
-
-    def _ScanNumber(self, context: Context) -> int:
-        """Returns the number of the latest possible scan, from 0."""
-        time: float = context.get_time()
-        steps = math.floor(time / self._time_step + 1e-6)
-        return steps // self._steps_per_scan
-
-    def _CalcScan(self, context: Context, output: BasicVector) -> None:
-        held = context.get_discrete_state(self._held).value()
-        number = self._ScanNumber(context)
-        if held[-1] >= number:
-            output.SetFromVector(held[:-1])
-        else:
-            output.SetFromVector(self._Measure(context, number))
-
-    def _Measure(self, context: Context, number: int) -> Array:
+    def _Measure(self, context: Context, held: Array, number: int) -> Array:
         config = self._config
         robot = self._Robot(context)
         distances = ray_distances(
@@ -215,15 +171,19 @@ class Lidar(LeafSystem):
             self._Bodies(context, robot),
             self._walls,
         )
-        if config.noise > 0.0:
+        draw = (self.GetSeed(context), [self._number])
+        count = config.num_rays
+        if config.is_noisy:
             (errors,) = draw_normal(
-                self.GetSeed(context),
-                [self._number],
-                Purpose.LIDAR_NOISE,
-                config.num_rays,
-                step=number,
+                *draw, Purpose.LIDAR_NOISE, count, step=number
             )
-            distances = distances + config.noise * errors
+            distances = distances + config.deviation(distances) * errors
+        if config.dropout > 0.0:
+            (chances,) = draw_uniform(
+                *draw, Purpose.LIDAR_DROPOUT, count, step=number
+            )
+            lost = chances < config.dropout
+            distances = np.where(lost, config.range_max, distances)
         result: Array = np.clip(distances, config.range_min, config.range_max)
         return result
 
@@ -253,10 +213,7 @@ class Lidar(LeafSystem):
         return np.concatenate(parts)
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        number = self._ScanNumber(context)
-        if context.get_discrete_state(self._held).value()[-1] < number:
-            scan = self._scan.Eval(context)
-            discrete_state.set_value(self._held, [*scan.tolist(), number])
+        super()._Update(context, discrete_state)
         if self._gait is not None:
             gait = advance_gait(
                 context.get_discrete_state(self._gait).value(),

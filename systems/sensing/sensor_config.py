@@ -11,6 +11,8 @@ from hunav_drake.systems.common.registry import Registry, name_of
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.sensing.sensor_parameters import (
     CameraParameters,
+    Delayed,
+    DetectorParameters,
     LidarParameters,
     Mount,
     VisibleParameters,
@@ -100,14 +102,15 @@ register_sensor = SENSORS.register
 
 @register_sensor("lidar")
 @checked_dataclass(kw_only=True, config=CONFIG)
-class LidarConfig(LidarParameters, SensorConfig):
+class LidarConfig(Delayed, LidarParameters, SensorConfig):
     """A lidar that scans a horizontal plane. See `Lidar`."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `Lidar` with the obstacles in its plane."""
+        from hunav_drake.systems.sensing.delay import MakeDelayed
         from hunav_drake.systems.sensing.lidar import Lidar
 
-        return Lidar(
+        lidar = Lidar(
             self,
             obstacles=task.world.obstacles_at(self.height),
             num_humans=task.num_humans,
@@ -116,23 +119,48 @@ class LidarConfig(LidarParameters, SensorConfig):
             seed=task.seed,
             number=task.number,
         )
+        return MakeDelayed(lidar, self.delay, task.time_step)
 
 
 @register_sensor("visible_people")
 @checked_dataclass(kw_only=True, config=CONFIG)
-class VisiblePeopleConfig(VisibleParameters, SensorConfig):
+class VisiblePeopleConfig(Delayed, VisibleParameters, SensorConfig):
     """Detects the people in the robot's view: see `VisiblePeople`."""
 
     def MakeSystem(self, task: SensingTask) -> Any:
         """Makes a `VisiblePeople`; low obstacles do not occlude people."""
+        from hunav_drake.systems.sensing.delay import MakeDelayed
         from hunav_drake.systems.sensing.visible_people import VisiblePeople
 
-        return VisiblePeople(
+        people = VisiblePeople(
             self,
             obstacles=task.world.sight_obstacles(),
             num_humans=task.num_humans,
             num_other_robots=task.num_other_robots,
         )
+        return MakeDelayed(people, self.delay, task.time_step)
+
+
+@register_sensor("people_detector")
+@checked_dataclass(kw_only=True, config=CONFIG)
+class PeopleDetectorConfig(Delayed, DetectorParameters, SensorConfig):
+    """Detects people in view, with errors: see `PeopleDetector`."""
+
+    def MakeSystem(self, task: SensingTask) -> Any:
+        """Makes a `PeopleDetector`; low obstacles do not occlude people."""
+        from hunav_drake.systems.sensing.delay import MakeDelayed
+        from hunav_drake.systems.sensing.people_detector import PeopleDetector
+
+        detector = PeopleDetector(
+            self,
+            obstacles=task.world.sight_obstacles(),
+            num_humans=task.num_humans,
+            num_other_robots=task.num_other_robots,
+            time_step=task.time_step,
+            seed=task.seed,
+            number=task.number,
+        )
+        return MakeDelayed(detector, self.delay, task.time_step)
 
 
 @register_sensor("camera")

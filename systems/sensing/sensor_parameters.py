@@ -21,6 +21,11 @@ from hunav_drake.systems.common.schema import (
 Height = Annotated[StrictFloat, within(0, 100, "m", low_open=True)]
 Range = Annotated[StrictFloat, within(0, 1000, "m", low_open=True)]
 Period = Annotated[StrictFloat, within(0, 10, "s", low_open=True)]
+Lag = Annotated[StrictFloat, within(0, 5, "s")]
+Chance = Annotated[StrictFloat, within(0, 1)]
+ChancePerMeter = Annotated[StrictFloat, within(0, 1, "1/m")]
+Deviation = Annotated[StrictFloat, within(0, 10, "m")]
+DeviationPerMeter = Annotated[StrictFloat, within(0, 1, "m/m")]
 Pitch = Annotated[StrictFloat, within(-math.pi / 2, math.pi / 2, "rad")]
 Turn = Annotated[StrictFloat, within(0, 2 * math.pi, "rad", low_open=True)]
 Pixels = Annotated[Integer, Field(ge=16, le=4096)]
@@ -44,6 +49,17 @@ class Mount:
     pose: Pose = (0.0, 0.0, 0.0)
     """Pose (x, y, yaw) of the sensor relative to its mount, in meters and
     radians."""
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class Delayed:
+    """Latency of measurements."""
+
+    delay: Lag = 0.0
+    """Time from a measurement until its output, in seconds; a multiple of the
+    trial's time step. Until the first one arrives, the output is that of the
+    start."""
 
 
 @explain
@@ -72,8 +88,14 @@ class LidarParameters(Mount):
     """Time between two scans, in seconds; a multiple of the trial's time step.
     """
 
-    noise: Annotated[StrictFloat, within(0, 10, "m")] = 0.0
+    noise: Deviation = 0.0
     """Standard deviation of the distances, in meters; 0 for exact ones."""
+
+    noise_per_meter: DeviationPerMeter = 0.0
+    """Increase of this standard deviation with the distance, in m/m."""
+
+    dropout: Chance = 0.0
+    """Probability that a ray has no return, and so gives `range_max`."""
 
     people: Literal["legs", "discs"] = "legs"
     """Model of people: two walking legs, as the figures have, or the discs of
@@ -88,6 +110,16 @@ class LidarParameters(Mount):
                 f" got {self.height:g}; lower it, or set people: discs"
             )
         return self
+
+    @property
+    def is_noisy(self) -> bool:
+        """Whether the distances have errors."""
+        return self.noise > 0.0 or self.noise_per_meter > 0.0
+
+    def deviation(self, distances: Array) -> Array:
+        """Returns the standard deviations of distances, all in meters."""
+        reach = np.minimum(distances, self.range_max)
+        return self.noise + self.noise_per_meter * reach
 
     @property
     def angle_step(self) -> float:
@@ -125,6 +157,55 @@ class Sight:
 @checked_dataclass(kw_only=True, config=CONFIG)
 class VisibleParameters(Sight, Mount):
     """Parameters of a detector of people."""
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class DetectorErrors:
+    """Rate and errors of detections of people."""
+
+    period: Period = 0.1
+    """Time between two detections, in seconds; a multiple of the trial's time
+    step."""
+
+    missed: Chance = 0.05
+    """Probability that a person in view is missed in a detection."""
+
+    missed_per_meter: ChancePerMeter = 0.01
+    """Increase of this probability with the distance, in 1/m."""
+
+    noise: Deviation = 0.05
+    """Standard deviation of x and of y of a person, in meters."""
+
+    noise_per_meter: DeviationPerMeter = 0.01
+    """Increase of this standard deviation with the distance, in m/m."""
+
+    velocity_noise: Annotated[StrictFloat, within(0, 10, "m/s")] = 0.1
+    """Standard deviation of each component of the velocity, in m/s."""
+
+    false_rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 0.1
+    """Rate at which false detections begin, in 1/s: people at rest, placed at
+    random in view, with a radius of 0.3 m."""
+
+    false_duration: Annotated[
+        StrictFloat, within(0, 1000, "s", low_open=True)
+    ] = 1.0
+    """Mean duration of a false detection, in seconds."""
+
+    max_false: Annotated[Integer, Field(ge=1, le=100)] = 5
+    """Largest number of false detections at a time; those beyond do not
+    begin."""
+
+    @property
+    def num_false_rows(self) -> int:
+        """The number of rows for false detections, after those of people."""
+        return self.max_false if self.false_rate > 0.0 else 0
+
+
+@explain
+@checked_dataclass(kw_only=True, config=CONFIG)
+class DetectorParameters(DetectorErrors, VisibleParameters):
+    """Parameters of a detector of people with errors."""
 
 
 @explain

@@ -58,10 +58,12 @@ class VisiblePeople(LeafSystem):
         obstacles: Obstacles | None = None,
         num_humans: int,
         num_other_robots: int = 0,
+        num_more_rows: int = 0,
     ) -> None:
         """Constructs a VisiblePeople.
 
-        `obstacles` occlude people, such as walls; none by default.
+        `obstacles` occlude people, such as walls; none by default. The outputs
+        have `num_more_rows` at the end, for classes derived from this one.
 
         Raises:
             ValueError: If ``num_humans`` or ``num_other_robots`` is negative.
@@ -85,18 +87,12 @@ class VisiblePeople(LeafSystem):
             self._others = self.DeclareVectorInputPort(
                 "other_robot_states", num_others * STATE_SIZE
             )
-        inputs = {self.all_input_ports_ticket()}
+        rows = self._num_bodies + num_more_rows
         self._visible = self.DeclareVectorOutputPort(
-            "visible",
-            self._num_bodies,
-            self._CalcVisible,
-            prerequisites_of_calc=inputs,
+            "visible", rows, self._CalcVisible
         )
         self._visible_people = self.DeclareVectorOutputPort(
-            "visible_people",
-            self._num_bodies * STATE_SIZE,
-            self._CalcVisiblePeople,
-            prerequisites_of_calc=inputs,
+            "visible_people", rows * STATE_SIZE, self._CalcVisiblePeople
         )
 
     def get_robot_state_input_port(self) -> InputPort:
@@ -115,18 +111,23 @@ class VisiblePeople(LeafSystem):
         """Returns the port with 1 for each person in view, else 0."""
         return self._visible
 
-    def _Look(self, context: Context) -> Mask:
-        config = self._config
+    def _Pose(self, context: Context) -> tuple[float, float, float]:
+        """Returns the pose of the detector in W."""
         robot = None
-        if config.mount == "robot":
+        if self._config.mount == "robot":
             robot = self._robot_state.Eval(context)
+        return sensor_pose(self._config, robot)
+
+    def _Look(self, context: Context, bodies: Array) -> Mask:
+        """Returns which bodies, shape (7k,), are in view, shape (k,)."""
+        config = self._config
         view: Mask = people_in_view(
-            *sensor_pose(config, robot),
+            *self._Pose(context),
             config.range_max,
             # A full turn has no edges.
             min(config.field_of_view + 1e-9, 2 * math.pi + 1e-6),
             config.hidden_by_people,
-            self._Bodies(context),
+            bodies,
             self._walls,
         )
         return view
@@ -143,13 +144,19 @@ class VisiblePeople(LeafSystem):
 
     def _CalcVisible(self, context: Context, output: BasicVector) -> None:
         if self._num_bodies:
-            output.SetFromVector(self._Look(context).astype(float))
+            seen = self._Look(context, self._Bodies(context))
+            output.SetFromVector(seen.astype(float))
 
     def _CalcVisiblePeople(self, context: Context, output: BasicVector) -> None:
         if not self._num_bodies:
             return
         seen = self._visible.Eval(context) > 0
         rows = self._Bodies(context).reshape(-1, STATE_SIZE)
-        unseen = np.zeros_like(rows)
-        unseen[:, [X, Y]] = OUTSIDE
-        output.SetFromVector(np.where(seen[:, None], rows, unseen).ravel())
+        output.SetFromVector(only_seen(rows, seen).ravel())
+
+
+def only_seen(rows: Array, seen: Mask) -> Array:
+    """Returns rows of people; those not `seen`, shape (n,), are outside."""
+    unseen = np.zeros_like(rows)
+    unseen[:, [X, Y]] = OUTSIDE
+    return np.where(seen[:, None], rows, unseen)

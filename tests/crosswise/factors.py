@@ -91,6 +91,7 @@ def factors() -> dict[str, Factor]:
         "simulation.time_step": Factor(("0.1", "0.05", "0.01")),
         "simulation.start_jitter": Factor(("0.0", "0.2")),
         "robot.goal": Factor((GIVEN, "null")),
+        "robot.command_delay": Factor(("0.0", "0.1")),
         "scene.overlays": Factor((GIVEN, "[]", json.dumps(OVERLAYS))),
         "view": Factor(("none", "replay", *VIEWS)),
         "format": Factor(get_args(Format)),
@@ -101,6 +102,21 @@ def factors() -> dict[str, Factor]:
         _walk(found, cls, f"population.{kind}[0].", ("population", kind))
     for kind in shipped(SENSORS):
         _walk(found, SENSORS[kind], "sensors[0].", ("sensors", kind))
+    found |= {
+        "planner.sees.delay": Factor(
+            ("0.0", "0.2"), frozenset({("planner.sees", "detector")})
+        ),
+        "sensors[0].dropout": Factor(
+            ("0.0", "0.1"), frozenset({("sensors", "lidar")})
+        ),
+        "sensors[0].delay": Factor(
+            ("0.0", "0.1"),
+            frozenset(
+                ("sensors", it)
+                for it in ("lidar", "visible_people", "people_detector")
+            ),
+        ),
+    }
     return found
 
 

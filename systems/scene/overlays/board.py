@@ -159,7 +159,8 @@ class Board:
 
     def Paths(self, overlay: Overlay) -> list[str]:
         """Returns the paths of an overlay, to show or hide it."""
-        if overlay in ("walked", "plan", "scan", "clock", *COSTMAPS):
+        alone = ("walked", "plan", "estimate", "scan", "clock", *COSTMAPS)
+        if overlay in alone:
             return [self.OfAll(overlay)]
         if overlay == "goals":
             goals = [
@@ -216,6 +217,17 @@ class Board:
         self.meshcat.SetTransform(self.OfAll("clock"), RigidTransform())
         for overlay in OVERLAYS:
             self.Show(overlay, overlay in shown)
+
+    def DrawEstimate(self, robot: str) -> None:
+        """Draws the outline and the heading of a robot, to be moved."""
+        names = list(self.robots)
+        color = accent(names.index(robot)) if robot else PLAN
+        radius = self.robots[robot].radius
+        tip = [[radius, -0.08], [radius + 0.2, 0.0], [radius, 0.08]]
+        place = self.OfAll("estimate", robot)
+        band = ring(radius - 0.03, radius, SCAN_Z)
+        self._AddMesh(f"{place}/ring", band, color)
+        self._AddMesh(f"{place}/heading", plate(tip, SCAN_Z), color)
 
     def _AddDot(self, path: str, radius: float, color: Rgba) -> None:
         self.meshcat.SetObject(path, Cylinder(radius, 0.003), color)

@@ -102,7 +102,8 @@ def AddOverlayPublisher(
     for i in range(system.num_input_ports()):
         port = system.get_input_port(i)
         name = port.get_name()
-        if name == "human_states" or name.endswith("robot_state"):
+        shared = name.endswith("robot_state") and "estimated_" not in name
+        if name == "human_states" or shared:
             builder.ConnectInput(name, port)
         else:
             builder.ExportInput(port, name)
@@ -113,6 +114,7 @@ class _Robot(NamedTuple):
 
     name: str
     state: InputPort
+    estimate: InputPort
     path: InputPort
     costmaps: dict[Overlay, InputPort]
     angles: Array | None
@@ -131,6 +133,7 @@ class OverlayPublisher(LeafSystem):
         - behavior_status
         - replay (only with recorded people)
         - forces
+        - estimated_robot_state
         - planner_path
         - local_costmap
         - global_costmap
@@ -139,7 +142,8 @@ class OverlayPublisher(LeafSystem):
     Port `human_states` takes the states of `n` people (size 7n), `robot_state`
     that of the robot (size 7), `behavior_status` n numbers, 0 for people who do
     not react, `replay` n rows of `layout.REPLAY_SIZE`, `forces` 16n numbers
-    (see `layout.FORCES`), `planner_path`, abstract, an array (k, 2) or (k, 3)
+    (see `layout.FORCES`), `estimated_robot_state` the state of the robot as its
+    planner knows it, `planner_path`, abstract, an array (k, 2) or (k, 3)
     of points in W, `local_costmap` and `global_costmap`, abstract, a `Costmap`
     each, and `scan` the distances of a lidar's rays (only if there are rays).
     Without a robot there are no ports of it and its planner; of several robots,
@@ -201,6 +205,7 @@ class OverlayPublisher(LeafSystem):
         return _Robot(
             name=name,
             state=vector(port_of(name, "robot_state"), STATE_SIZE),
+            estimate=vector(port_of(name, "estimated_robot_state"), STATE_SIZE),
             path=declare("planner_path", Value(np.zeros((0, 3)))),
             costmaps={
                 it: declare(it, AbstractValue.Make(NO_MAP)) for it in COSTMAPS
@@ -218,6 +223,9 @@ class OverlayPublisher(LeafSystem):
             if it.angles is not None
         }
         self._board.Draw(self._shown, rays)
+        for it in self._robots:
+            if it.estimate.HasValue(context):
+                self._board.DrawEstimate(it.name)
         return EventStatus.Succeeded()
 
     def _PublishIfDue(self, context: Context) -> EventStatus:
@@ -240,6 +248,10 @@ class OverlayPublisher(LeafSystem):
         for it, row in zip(self._robots, robots, strict=True):
             X_WB = upright(*row[: YAW + 1])
             board.meshcat.SetTransform(board.Frame(it.name), X_WB, time)
+            if it.estimate.HasValue(context):
+                X_WE = upright(*it.estimate.Eval(context)[: YAW + 1])
+                path = board.OfAll("estimate", it.name)
+                board.meshcat.SetTransform(path, X_WE, time)
         if live:
             self._TurnTags(humans, robots)
         if frame % _FEW == 0:

@@ -67,6 +67,24 @@ def test_several_robots_have_names_goals_and_frames_of_their_own():
         assert meshcat.HasPath(f"{mut.PLACE}/overlay_plan/{name}/0")
 
 
+def test_an_estimated_pose_has_an_outline_that_follows_it(meshcat, monkeypatch):
+    place = f"{mut.PLACE}/overlay_estimate"
+    run(meshcat)
+    assert not meshcat.HasPath(f"{place}/ring")
+    placed = []
+    monkeypatch.setattr(
+        Meshcat,
+        "SetTransform",
+        lambda _, path, X, *time: placed.append((path, X.translation())),
+    )
+    row = ROBOT_STATE + np.eye(7)[0] * 0.4
+    run(meshcat, estimated_robot_state=row)
+    assert meshcat.HasPath(f"{place}/ring")
+    found = [xyz for path, xyz in placed if path == place]
+    assert len(found) > 1
+    np.testing.assert_array_equal(found[-1][:2], row[:2])
+
+
 class RecordingMeshcat:
     """Records the properties set in a Meshcat, by path and name."""
 

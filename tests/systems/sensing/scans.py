@@ -1,12 +1,49 @@
 """Lidars with held inputs, and what they must measure, by closed forms."""
 
 import numpy as np
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.sensing import Lidar, LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 
 NOWHERE = Obstacles.from_shapes([], solid=[])
+
+
+class Moving(LeafSystem):
+    """Gives a vector that is a function of the time."""
+
+    def __init__(self, function):
+        super().__init__()
+        self._function = function
+        size = np.size(function(0.0))
+        self.DeclareVectorOutputPort("value", size, self._CalcValue)
+
+    def _CalcValue(self, context, output):
+        output.SetFromVector(np.ravel(self._function(context.get_time())))
+
+
+def moved(dut, **functions):
+    """Returns a diagram of a system with inputs that move, and its outputs."""
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("dut", dut)
+    for name, function in functions.items():
+        source = builder.AddSystem(Moving(function))
+        builder.Connect(source.get_output_port(), dut.GetInputPort(name))
+    for i in range(dut.num_output_ports()):
+        port = dut.get_output_port(i)
+        builder.ExportOutput(port, port.get_name())
+    return builder.Build()
+
+
+def outputs(simulator, name, times):
+    """Returns what an output of a simulated diagram gives at some times."""
+    port = simulator.get_system().GetOutputPort(name)
+    found = []
+    for time in times:
+        simulator.AdvanceTo(time)
+        found.append(port.Eval(simulator.get_context()).copy())
+    return np.array(found)
 
 
 def rows(*bodies, radius=0.3) -> np.ndarray:

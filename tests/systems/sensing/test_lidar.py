@@ -3,6 +3,7 @@ import math
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
+from scipy.stats import binom
 
 from hunav_drake.systems.sensing import Lidar, LidarConfig, scan_points
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -187,6 +188,42 @@ def test_noise_is_normal_and_anew_in_each_scan():
     assert abs(together - np.eye(len(errors))).max() < 0.15
 
 
+def test_noise_grows_with_the_distance():
+    """Standard deviation a + b times the range; none without a hit."""
+    config = {"num_rays": 500, "range_max": 4.0}
+    dut = Lidar(
+        LidarConfig(noise=0.01, noise_per_meter=0.02, **config), obstacles=ROOM
+    )
+    found, _ = scans_of(dut, 4.0)
+    exact = scan(LidarConfig(**config), obstacles=ROOM)
+    met = exact < 3.5
+    assert 100 < met.sum() < 400
+    errors = (found - exact)[:, met] / (0.01 + 0.02 * exact[met])
+    assert abs(errors.mean()) < 4 / math.sqrt(errors.size)
+    assert errors.std() == pytest.approx(1, abs=0.02)
+    rays = errors.std(axis=0)
+    assert np.corrcoef(rays, exact[met])[0, 1] < 0.2
+    np.testing.assert_array_equal(found[:, exact == 4.0], 4.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_some_rays_have_no_return(noise):
+    """As many as is said, anew in each scan, by draws of their own."""
+    config = {"num_rays": 1000, "range_max": 20.0, "noise": noise}
+    dut = Lidar(LidarConfig(dropout=0.03, **config), obstacles=ROOM)
+    found, _ = scans_of(dut, 2.0)
+    full, _ = scans_of(Lidar(LidarConfig(**config), obstacles=ROOM), 2.0)
+    lost = found == 20.0
+    low, high = binom.interval(1 - 1e-6, lost.size, 0.03)
+    assert low <= lost.sum() <= high
+    np.testing.assert_array_equal(found[~lost], full[~lost])
+    both = (lost[1:] & lost[:-1]).sum()
+    low, high = binom.interval(1 - 1e-6, lost[1:].size, 0.03**2)
+    assert low <= both <= high
+    blind = Lidar(LidarConfig(dropout=1.0, **config), obstacles=ROOM)
+    assert (scans_of(blind, 0.0)[0] == 20.0).all()
+
+
 def test_without_noise_distances_are_exact():
     found, _ = scans_of(noisy(0.0), 0.5)
     exact = scan(LidarConfig(num_rays=1000, range_max=20), obstacles=ROOM)
@@ -276,6 +313,9 @@ def test_a_scan_follows_each_input():
         ({"field_of_view": 7.0}, r"must be in \(0, 6.28319\] rad, got 7"),
         ({"noise": -0.1}, r"must be in \[0, 10\] m, got -0.1"),
         ({"noise": float("nan")}, "finite number"),
+        ({"dropout": 1.5}, r"must be in \[0, 1\], got 1.5"),
+        ({"noise_per_meter": 2.0}, r"must be in \[0, 1\] m/m, got 2"),
+        ({"delay": 6.0}, r"must be in \[0, 5\] s, got 6"),
     ],
 )
 def test_a_lidar_that_cannot_be_is_refused(options, words):
