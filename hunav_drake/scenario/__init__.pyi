@@ -13,6 +13,7 @@ from .parts import (
     CohortConfig as CohortConfig,
     CrowdConfig as CrowdConfig,
     DifferentialDriveConfig as DifferentialDriveConfig,
+    Disc as Disc,
     EvaluatorConfig as EvaluatorConfig,
     Furniture as Furniture,
     HumanConfig as HumanConfig,
