@@ -34,6 +34,7 @@ class Purpose(IntEnum):
     ARRIVAL_PLACE = 14
     REACTION = 15
     LIDAR_NOISE = 20
+    WORLD = 21
 
 
 def check_seed(seed: int) -> int:
@@ -49,6 +50,11 @@ def check_seed(seed: int) -> int:
     ):
         return int(seed)
     raise ValueError(f"seed must be a whole number in [0, 2^63), got {seed!r}")
+
+
+def stream(seed: int, number: int, purpose: Purpose) -> np.random.Generator:
+    """Returns the numbers of one purpose: those of a seed and a number."""
+    return next(_streams(seed, [number], purpose))
 
 
 def draw_uniform(
