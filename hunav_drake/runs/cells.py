@@ -31,6 +31,7 @@ from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.trial.provenance import drawn_text, program_versions
 
 
@@ -197,7 +198,14 @@ def _make_drawn(
 ) -> Cell:
     """Returns the cell of a kind, without the names of planner and setting."""
     seeds = suite.seed_list(kind.name)
-    about = {"kind": plain(kind), "overrides": list(overrides)}
+    about = {
+        "kind": plain(kind),
+        "overrides": list(overrides),
+        "files": [
+            (it.name, hashlib.sha256(it.read_bytes()).hexdigest())
+            for it in sorted(kind.files())
+        ],
+    }
     cell = Cell(
         scenario=kind.name,
         planner="",
@@ -228,17 +236,23 @@ def cell_sha256(text: str, scenario: Scenario, kind: str = "") -> str:
     Args:
         text: The scenario, as `SaveScenario` writes it.
         scenario: The same scenario.
-        kind: As in `Cell`. Files that it reads count with the first seed's
-            scenario, and with those that are drawn from them.
+        kind: As in `Cell`. The scenarios of seeds follow from it.
     """
-    follows = [
+    if kind:
+        about = json.loads(kind)
+        about["kind"].pop("folder", None)
+        text = json.dumps(about)
+        people = [
+            HumanConfig(pose=(0.0, 0.0, 0.0), behavior=it)
+            for it in sorted(about["kind"]["behaviors"])
+        ]
+        scenario = replace(scenario, humans=people)
+    follows = (
         program_versions(),
         text,
         behavior_sha256(scenario),
         files_sha256(scenario),
-    ]
-    if kind:
-        follows.append(kind)
+    )
     return hashlib.sha256(json.dumps(follows).encode()).hexdigest()
 
 

@@ -71,7 +71,8 @@ PlannerChoice = (
 
 
 ScenarioChoice = Annotated[
-    StrictStr | Annotated[ScenarioKind, KINDS], Field(union_mode="left_to_right")
+    StrictStr | Annotated[ScenarioKind, KINDS],
+    Field(union_mode="left_to_right"),
 ]
 
 

@@ -1,5 +1,6 @@
 from .checks import CheckScenario as CheckScenario
 from .error import Fault as Fault, ScenarioError as ScenarioError
+from .generate.kind import GenerateScenario as GenerateScenario
 from .loading import (
     ListScenarios as ListScenarios,
     LoadScenario as LoadScenario,

@@ -86,10 +86,10 @@ class Barn(ScenarioKind):
             f" its path has {length:.2f} m.",
         )
 
-    def files(self, seed: int) -> list[str]:
-        """Returns the file of a world, and that of its path."""
-        names = f"world_{seed}.world", f"path_files/path_{seed}.npy"
-        return [str(self._file(name)) for name in names]
+    def files(self) -> list[Path]:
+        """Returns the files of all worlds, and those of their paths."""
+        names = "world_*.world", "path_files/path_*.npy"
+        return [it for name in names for it in Path(self.folder).glob(name)]
 
     def path_length(self, seed: int) -> float:
         """Returns the length of a world's path, from start to goal, in m.

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import dataclasses as dc
 from dataclasses import field
 import math
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from hunav_drake.systems.common.schema import (
     Integer,
     as_tuple,
 )
+from hunav_drake.systems.common.suggest import suggestion
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.population import PopulationError
@@ -43,8 +45,9 @@ from hunav_drake.systems.world.shapes import World
 # (x_min, y_min, x_max, y_max) in W, in meters.
 Rect = tuple[float, float, float, float]
 
-# The number of worlds that are drawn before a seed is given up.
-_DRAWS = 300
+# The number of worlds that are drawn before a seed is given up, and how many of
+# them may lack room for people.
+_DRAWS, _CROWDED = 300, 20
 
 # The room beside a robot on its way, for planners on maps of 5 cm, in meters.
 _EASE = 0.1
@@ -125,9 +128,8 @@ class ScenarioKind(ABC):
         low, high = self.difficulty
         return low + (high - low) * ((seed * _GOLDEN) % 1.0)
 
-    def files(self, seed: int) -> list[str]:
-        """Returns the files that a scenario is read from, if any."""
-        del seed
+    def files(self) -> list[Path]:
+        """Returns all files that scenarios are read from, if any."""
         return []
 
     def numbers(self, recording: Recording, seed: int) -> dict[str, float]:
@@ -191,10 +193,13 @@ def make_kind(data: Mapping[str, Any]) -> ScenarioKind:
         kind: ScenarioKind = KINDS.make(data)
     except ValidationError as error:
         found = error.errors(include_url=False)[0]
-        place = ".".join(map(str, found["loc"])) or "kind"
-        raise ValueError(
-            f"{place}: {message_of(found['type'], found)}"
-        ) from error
+        # (Both ends of a range have the same rule.)
+        place = ".".join(it for it in found["loc"] if isinstance(it, str))
+        told = message_of(found["type"], found)
+        if found["type"] == "unexpected_keyword_argument":
+            names = [it.name for it in dc.fields(KINDS[data["type"]])]
+            told = f"there is no such option; {suggestion(place, names)}"
+        raise ValueError(f"{place}: {told}") from error
     return kind
 
 
@@ -207,17 +212,19 @@ def draw_scenario(kind: ScenarioKind, seed: int) -> tuple[Scenario, int]:
     what = f"{name_of(kind)}, seed {seed}"
     _check_people(kind, what)
     lacks: Exception | str = ""
-    draws = _DRAWS if kind.is_drawn else 1
-    for number in range(draws):
-        random = stream(seed, number, Purpose.WORLD)
+    draws, crowded = 0, 0
+    while draws < (_DRAWS if kind.is_drawn else 1) and crowded < _CROWDED:
+        draws += 1
+        random = stream(seed, draws - 1, Purpose.WORLD)
         try:
             draft = kind.draw(seed, random)
             if kind.is_drawn and not _leads_to_goal(draft):
                 raise NoRoomError("the robot has no way to its goal")
             scenario = _with_people(kind, draft, seed)
-            return CheckScenario(scenario), number + 1
+            return CheckScenario(scenario), draws
         except (NoRoomError, PopulationError, ScenarioError) as error:
             lacks = error
+            crowded += not isinstance(error, NoRoomError)
     reason = str(lacks).splitlines()[-1].strip()
     raise ValueError(
         f"{what}: no ways for the robot and {kind.people} people in"

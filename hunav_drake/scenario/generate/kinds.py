@@ -55,7 +55,7 @@ class Field_(ScenarioKind):
     """A square field of thin columns, made by a cellular automaton."""
 
     fill: Share | None = None
-    """Share of the cells with a column before smoothing; by default 0.1 at
+    """Share of the cells with a column before smoothing; by default 0.13 at
     difficulty 0 to 0.24 at 1."""
 
     smoothing: Annotated[Integer, Field(ge=0, le=100)] = 2
@@ -75,7 +75,7 @@ class Field_(ScenarioKind):
         Ground Navigation", 2020, whose fields of BARN are as large.
         """
         hardness = self.difficulty_of(seed)
-        fill = 0.1 + 0.14 * hardness if self.fill is None else self.fill
+        fill = 0.13 + 0.11 * hardness if self.fill is None else self.fill
         cell = 2 * self.column
         count = math.floor(self.side / cell + 1e-9)
         if not 3 <= count <= 1000:
