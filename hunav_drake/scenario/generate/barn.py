@@ -53,9 +53,9 @@ class Barn(ScenarioKind):
 
     people: Annotated[Integer, Field(ge=0, le=1000)] = 0
 
-    robot_radius: BodyRadius = 0.333
-    """Radius of the robot's disc, in meters; by default that of the circle
-    around a Jackal of 0.508 m by 0.43 m."""
+    robot_radius: BodyRadius = 0.264
+    """Radius of the robot's disc, in meters; by default that of a disc with the
+    area of a Jackal of 0.508 m by 0.43 m."""
 
     def draw(self, seed: int, random: np.random.Generator) -> Draft:
         """Reads a world.

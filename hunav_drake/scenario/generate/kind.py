@@ -111,8 +111,9 @@ class ScenarioKind(ABC):
     )
     """Behaviors, with weights in proportion to which they are drawn."""
 
-    robot_radius: BodyRadius = 0.3
-    """Radius of the robot's disc, in meters; there is a way for it."""
+    robot_radius: BodyRadius = 0.275
+    """Radius of the robot's disc, in meters; there is a way for it. (Planners
+    with maps take 0.275 for radii up to 0.35, unless they are told theirs.)"""
 
     @abstractmethod
     def draw(self, seed: int, random: np.random.Generator) -> Draft:
