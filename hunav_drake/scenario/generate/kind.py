@@ -11,11 +11,11 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Field, StrictStr, ValidationError
 from pydantic.dataclasses import dataclass
+import shapely
 
 from hunav_drake.scenario.checks import CheckScenario
 from hunav_drake.scenario.error import ScenarioError
 from hunav_drake.scenario.population import with_drawn_people
-from hunav_drake.scenario.reachability import FreeSpace
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.plain_errors import message_of
@@ -47,7 +47,7 @@ Rect = tuple[float, float, float, float]
 
 # The number of worlds that are drawn before a seed is given up, and how many of
 # them may lack room for people.
-_DRAWS, _CROWDED = 300, 20
+_DRAWS, _CROWDED = 100, 20
 
 # The room beside a robot on its way, for planners on maps of 5 cm, in meters.
 _EASE = 0.1
@@ -208,7 +208,7 @@ def draw_scenario(kind: ScenarioKind, seed: int) -> tuple[Scenario, int]:
     """Returns the scenario of a seed, and the number of draws that it took.
 
     Raises:
-        ValueError: If none of 300 draws has ways for the robot and everybody.
+        ValueError: If none of 100 draws has ways for the robot and everybody.
     """
     what = f"{name_of(kind)}, seed {seed}"
     _check_people(kind, what)
@@ -257,9 +257,20 @@ def _check_people(kind: ScenarioKind, what: str) -> None:
 
 def _leads_to_goal(draft: Draft) -> bool:
     assert draft.robot.goal is not None
-    start, goal = draft.robot.start[:2], draft.robot.goal[:2]
-    space = FreeSpace(draft.world.fixtures(), [start, goal])
-    return space.joins(start, goal, draft.robot.radius + _EASE, 0.0)
+    ends = [
+        shapely.Point(it[:2]) for it in (draft.robot.start, draft.robot.goal)
+    ]
+    # All at once: faster than `FreeSpace`, which knows what is beside a way.
+    solid = shapely.union_all(
+        [
+            shapely.Polygon(outline)
+            for fixture in draft.world.fixtures()
+            for outline in fixture.footprints
+        ]
+    )
+    thick = solid.buffer(draft.robot.radius + _EASE, quad_segs=4)
+    rooms = shapely.get_parts(thick.envelope.difference(thick))
+    return any(all(room.covers(it) for it in ends) for room in rooms)
 
 
 def _with_people(kind: ScenarioKind, draft: Draft, seed: int) -> Scenario:

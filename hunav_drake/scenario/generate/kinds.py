@@ -89,6 +89,12 @@ class Field_(ScenarioKind):
         for _ in range(self.smoothing):
             near = ndimage.convolve(full.astype(float), around, mode="constant")
             full = (full & (near > 1)) | (near >= 5)
+        # No center of a robot is in a cell beside a column.
+        wide = self.robot_radius > cell
+        blocked = ndimage.binary_dilation(full) if wide else full
+        rooms, _ = ndimage.label(~blocked, np.ones((3, 3)))
+        if not set(rooms[:, 0]) & set(rooms[:, -1]) - {0}:
+            raise NoRoomError("columns close the field")
         side = round(count * cell, 4)
         walls: list[Wall] = [
             Box(center=(x, side / 2), size=(THICK, side + 2 * _END + 2 * THICK))
