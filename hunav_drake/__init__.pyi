@@ -29,6 +29,7 @@ from .runs.run_table import ReadRuns as ReadRuns
 from .runs.statistics import compare as compare, summarize as summarize
 from .scenario import (
     CheckScenario as CheckScenario,
+    GenerateScenario as GenerateScenario,
     ListScenarios as ListScenarios,
     LoadScenario as LoadScenario,
     SaveScenario as SaveScenario,

@@ -81,6 +81,11 @@ def add_bench_options(bench: argparse.ArgumentParser) -> None:
         " tables of both: robot.type=pmb2",
     )
     bench.add_argument(
+        "--worlds",
+        metavar="DIR",
+        help="the folder of the worlds of barn: world_0.world, ...",
+    )
+    bench.add_argument(
         "--until",
         metavar="METRIC=WIDTH",
         type=_until,
@@ -193,6 +198,20 @@ def _suite(options: argparse.Namespace) -> "Suite":
 
     suite = LoadSuite(filename=options.suite)
     changes: dict[str, Any] = {}
+    if options.worlds:
+        # A path on the command line starts from the current folder.
+        worlds = str(Path(options.worlds).resolve())
+        changes["scenarios"] = [
+            dataclasses.replace(it, folder=worlds)
+            if hasattr(it, "folder")
+            else it
+            for it in suite.scenarios
+        ]
+        if changes["scenarios"] == suite.scenarios:
+            raise InputError(
+                f"--worlds is for suites with worlds of barn; {suite.name} has"
+                " none"
+            )
     if options.seeds:
         changes["seeds"] = options.seeds
         changes["seeds_of"] = {}
@@ -271,6 +290,8 @@ def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
     from hunav_drake.systems.common.files import atomic_write
 
     words = [*("hunav", "bench", options.suite)]
+    if options.worlds:
+        words += ["--worlds", "FOLDER"]
     if options.seeds:
         words += ["--seeds", str(options.seeds)]
     if options.planner:

@@ -55,6 +55,7 @@ _COMMANDS = {
     "validate": ("validate", "test how realistically motion models walk"),
     "doctor": ("doctor", "check this installation, and run a short test"),
     "new": ("scenarios", "write a small scenario to start from"),
+    "generate": ("generate", "write scenarios that are drawn from a seed"),
     "completion": (
         "scenarios",
         "print a script for the completion of commands in a shell",

@@ -168,6 +168,7 @@ EXAMPLES = {
     "tracks": "hunav tracks zara01.txt --period 0.1 -o zara01.csv",
     "fit": "hunav fit zara01.txt --free social_factor,gamma -o people.yaml",
     "new": "hunav new mine --template crossing",
+    "generate": "hunav generate office --difficulty 0.7 -o mine.yaml",
     "evaluate": "hunav evaluate recording.npz --metrics goal path --json",
     "metrics": "hunav metrics",
     "metrics show": "hunav metrics show path_length",

@@ -9,15 +9,14 @@ from hunav_drake.systems.world.maps.outlines import outlines
 from hunav_drake.systems.world.solids import turned
 
 # The tolerances of simplification, in cells: first the usual one, then smaller
-# ones, if that is too coarse, then larger ones, if there are too many corners.
-_TOLERANCES = (1.0, 0.5, 0.25, 2.0, 4.0, 8.0)
+# ones, if that is too coarse.
+_TOLERANCES = (1.0, 0.5, 0.25)
 
 # The smallest wall, in cells.
 _MIN_AREA = 2.0
 
 # With more walls, the image is probably noise.
 _MAX_WALLS = 2000
-_MAX_POINTS = 1000
 
 
 def traced_walls(background: Background) -> list[dict[str, Any]]:
@@ -59,6 +58,6 @@ def _simplified(outline: Any) -> Any:
         simple = whole.simplify(tolerance)
         if isinstance(simple, shapely.Polygon) and simple.is_valid:
             corners = shapely.get_coordinates(simple.exterior)[:-1]
-            if 3 <= len(corners) <= _MAX_POINTS and simple.area > 0:
+            if len(corners) >= 3 and simple.area > 0:
                 return corners
-    return outline if len(outline) <= _MAX_POINTS else None
+    return outline

@@ -1,7 +1,8 @@
 """The cells of a suite: a scenario with a planner and a setting."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+import functools
 import hashlib
 import json
 from pathlib import Path
@@ -19,9 +20,18 @@ from hunav_drake.scenario import (
     ScenarioError,
 )
 from hunav_drake.scenario.fleet import planners_of, robot_parts
+from hunav_drake.scenario.generate.kind import (
+    ScenarioKind,
+    draw_scenario,
+    make_kind,
+)
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
+from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.trial.provenance import drawn_text, program_versions
 
 
@@ -39,6 +49,9 @@ class Cell:
             versions and the kind of machine.
         drawn: What its seeds draw: see `ReadRuns`.
         how_to_draw: How to make seeds differ, if they do not.
+        kind: A kind of scenario with its changes, as JSON; each seed has a
+            scenario of its own, and `text` is that of the first. Empty if all
+            seeds have the same scenario.
         once: Whether one run is enough: its seeds draw nothing, and its
             planner is part of the package, so it is deterministic.
     """
@@ -50,12 +63,34 @@ class Cell:
     sha256: str
     drawn: str = ""
     how_to_draw: str = ""
+    kind: str = ""
     once: bool = False
 
     @property
     def name(self) -> str:
         """The name of the cell in messages, "crossing/dwb"."""
         return cell_name(self.scenario, self.planner, self.setting)
+
+    def load(self, seed: int) -> Scenario:
+        """Returns the scenario of a seed.
+
+        Raises:
+            ScenarioError: If it cannot be simulated.
+            ValueError: If a file that it is read from is damaged.
+        """
+        given = [f"simulation.seed={seed}"]
+        if not self.kind:
+            return LoadScenario(data=self.text, overrides=given)
+        about = json.loads(self.kind)
+        text = _drawn_text(json.dumps(about["kind"]), seed)
+        return LoadScenario(data=text, overrides=[*about["overrides"], *given])
+
+    def numbers(self, recording: Recording, seed: int) -> dict[str, float]:
+        """Returns the numbers that its kind of scenario has of a trial."""
+        if not self.kind:
+            return {}
+        kind = make_kind(json.loads(self.kind)["kind"])
+        return kind.numbers(recording, seed)
 
 
 def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
@@ -76,20 +111,36 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
     choices = [planner_overrides(choice) for choice in suite.planners]
     settings = dict(suite.settings) or {"": []}
     for entry in suite.scenarios:
-        filename = _find(entry, folder)
+        kind = None
+        if not isinstance(entry, str):
+            kind = _checked_kind(entry, suite, folder, faults)
+            if kind is None:
+                continue
         for label, keys in choices or [("", {})]:
             for setting, changes in settings.items():
                 # JSON is YAML, on one line.
                 planner = [f"planner={json.dumps(keys)}"] if keys else []
                 overrides = [*suite.overrides, *changes, *planner]
                 try:
-                    scenario = CheckScenario(
-                        LoadScenario(filename=filename, overrides=overrides)
-                    )
+                    if kind is None:
+                        loaded = LoadScenario(
+                            filename=_find(str(entry), folder),
+                            overrides=overrides,
+                        )
+                        scenario = CheckScenario(loaded)
+                        cell = _make_cell(scenario, label, setting)
+                    else:
+                        cell = _make_drawn(kind, overrides, suite)
+                        scenario = CheckScenario(LoadScenario(data=cell.text))
+                        cell = replace(
+                            cell,
+                            planner=label or planners_of(scenario),
+                            setting=setting,
+                        )
                 except ScenarioError as error:
                     faults |= dict.fromkeys(error.faults)
                     continue
-                cells.append(_make_cell(scenario, label, setting))
+                cells.append(cell)
                 scenarios.append(scenario)
     faults |= dict.fromkeys(_same_names(cells))
     # The names of invalid scenarios are unknown.
@@ -117,7 +168,67 @@ def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
     )
 
 
-def cell_sha256(text: str, scenario: Scenario) -> str:
+def _checked_kind(
+    kind: ScenarioKind,
+    suite: Suite,
+    folder: Path | None,
+    faults: dict[Fault, None],
+) -> ScenarioKind | None:
+    """Returns a kind with all seeds drawn, and its files found, or None.
+
+    The first fault of its seeds is added to the faults.
+    """
+    name = kind.name or name_of(kind)
+    given = {"name": name}
+    if folder is not None and getattr(kind, "folder", ""):
+        given["folder"] = str(folder / getattr(kind, "folder", ""))
+    kind = replace(kind, **given)
+    text = json.dumps(plain(kind))
+    for seed in suite.seed_list(name):
+        try:
+            _drawn_text(text, seed)
+        except ValueError as error:
+            faults[Fault("suite", 0, "scenarios", str(error))] = None
+            return None
+    return kind
+
+
+def _make_drawn(
+    kind: ScenarioKind, overrides: Sequence[str], suite: Suite
+) -> Cell:
+    """Returns the cell of a kind, without the names of planner and setting."""
+    seeds = suite.seed_list(kind.name)
+    about = {
+        "kind": plain(kind),
+        "overrides": list(overrides),
+        "files": [
+            (it.name, hashlib.sha256(it.read_bytes()).hexdigest())
+            for it in sorted(kind.files())
+        ],
+    }
+    cell = Cell(
+        scenario=kind.name,
+        planner="",
+        setting="",
+        text="",
+        sha256="",
+        drawn="world",
+        kind=json.dumps(about),
+    )
+    first = replace(cell.load(seeds[0]), name=kind.name)
+    text = SaveScenario(first)
+    hashed = cell_sha256(text, first, cell.kind)
+    return replace(cell, text=text, sha256=hashed)
+
+
+@functools.lru_cache(maxsize=1024)
+def _drawn_text(kind: str, seed: int) -> str:
+    """Returns the scenario of a seed of a kind, which is given as JSON."""
+    made = make_kind(json.loads(kind))
+    return SaveScenario(replace(draw_scenario(made, seed)[0], name=made.name))
+
+
+def cell_sha256(text: str, scenario: Scenario, kind: str = "") -> str:
     """Returns the hash of all that determines runs, apart from the seed.
 
     It does not depend on the processor, so machines can share a suite.
@@ -125,7 +236,17 @@ def cell_sha256(text: str, scenario: Scenario) -> str:
     Args:
         text: The scenario, as `SaveScenario` writes it.
         scenario: The same scenario.
+        kind: As in `Cell`. The scenarios of seeds follow from it.
     """
+    if kind:
+        about = json.loads(kind)
+        about["kind"].pop("folder", None)
+        text = json.dumps(about)
+        people = [
+            HumanConfig(pose=(0.0, 0.0, 0.0), behavior=it)
+            for it in sorted(about["kind"]["behaviors"])
+        ]
+        scenario = replace(scenario, humans=people)
     follows = (
         program_versions(),
         text,

@@ -16,6 +16,7 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
 from hunav_drake.runs.formula import check_formula
+from hunav_drake.scenario.generate.kind import KINDS, ScenarioKind
 from hunav_drake.systems.common.old_words import TAG, with_tag
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
@@ -67,6 +68,12 @@ def _check_label(value: dict[str, Any]) -> dict[str, Any]:
 PlannerChoice = (
     StrictStr | Annotated[dict[str, Any], AfterValidator(_check_label)]
 )
+
+
+ScenarioChoice = Annotated[
+    StrictStr | Annotated[ScenarioKind, KINDS],
+    Field(union_mode="left_to_right"),
+]
 
 
 @plain_errors
@@ -143,8 +150,10 @@ class Suite:
     version: Name = "1"
     """Version of the suite, which is part of the results."""
 
-    scenarios: Annotated[list[StrictStr], Field(min_length=1)]
-    """Shipped scenarios by name, or files, relative to the suite's file."""
+    scenarios: Annotated[list[ScenarioChoice], Field(min_length=1)]
+    """Shipped scenarios by name, or files, relative to the suite's file; or
+    kinds of generated scenarios, as {type: rooms, people: 6}: each seed has a
+    world of its own."""
 
     planners: list[PlannerChoice] = field(default_factory=list)
     """Planners: names, or mappings as in a scenario, {type: dwb, ...}, perhaps

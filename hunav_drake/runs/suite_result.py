@@ -13,8 +13,6 @@ from hunav_drake.runs.run_row import FAILED, RunRow
 from hunav_drake.runs.run_table import RunTable
 from hunav_drake.runs.statistics import summarize
 from hunav_drake.runs.suite import Suite
-from hunav_drake.systems.evaluation.metric import base_name
-from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.provenance import NOTHING_DRAWN
 
 KEYS = ("scenario", "planner", "setting")
@@ -107,7 +105,7 @@ class SuiteResult:
         It is empty if no run has a result.
         """
         runs = self.runs()
-        names = [it for it in runs.columns if base_name(it) in METRICS]
+        names = [it for it in runs.attrs["units"] if it in runs.columns]
         if runs.empty or not names:
             return pd.DataFrame()
         return summarize(runs, KEYS, metrics=names)

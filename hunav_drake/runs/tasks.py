@@ -13,7 +13,7 @@ import numpy as np
 
 from hunav_drake.runs.cells import Cell, cell_sha256
 from hunav_drake.runs.code_hash import CodeHashes, code_sha256, hash_of_all
-from hunav_drake.runs.run_row import ERROR, RunRow, make_row
+from hunav_drake.runs.run_row import ERROR, MetricFacts, RunRow, make_row
 from hunav_drake.systems.common.input_error import InputError
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
@@ -50,6 +50,9 @@ class Task:
 class UnfitWorkerError(RuntimeError):
     """A worker cannot give the same results as the driver."""
 
+
+# The facts about a number of a kind of scenario.
+_SCORE: MetricFacts = {"unit": "-", "family": "goal", "direction": "higher"}
 
 # The last cell of this thread, which its next task may reuse.
 _last = threading.local()
@@ -104,8 +107,12 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         median, p95 = np.quantile(cycles, (0.5, 0.95)).tolist()
         cost |= {"cycle_median": median, "cycle_p95": p95}
     is_kept = task.keep == seed and repetition == 0
-    return make_row(result)._replace(
+    row = make_row(result)
+    numbers = task.cell.numbers(result.recording, seed)
+    return row._replace(
         **_about(task, seed, repetition),
+        metrics=row.metrics | numbers,
+        facts={**row.facts, **dict.fromkeys(numbers, _SCORE)},
         # The provenance is in its cell.
         provenance={},
         cost=cost,
@@ -186,9 +193,8 @@ def _about(task: Task, seed: int, repetition: int) -> dict[str, Any]:
 def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
     """Returns the scenario and the diagram, which its seeds share.
 
-    If each seed draws its own people, each seed needs its own diagram.
+    If each seed draws its own people or world, each needs its own diagram.
     """
-    from hunav_drake.scenario import LoadScenario
     from hunav_drake.scenario.population import people_seed
     from hunav_drake.trial.diagram import MakeTrialDiagram
 
@@ -196,12 +202,11 @@ def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
     if (
         made is None
         or sha256 != task.cell.sha256
+        or task.cell.kind
         or people_seed(made[0]) not in (None, seed)
     ):
         _last.cell = "", None
-        scenario = LoadScenario(
-            data=task.cell.text, overrides=[f"simulation.seed={seed}"]
-        )
+        scenario = task.cell.load(seed)
         made = scenario, MakeTrialDiagram(scenario)
         _last.cell = task.cell.sha256, made
     return made
@@ -225,9 +230,9 @@ def _loaded(text: str) -> Any:
     return LoadScenario(data=text)
 
 
-def _sha256_here(text: str) -> str:
+def _sha256_here(cell: Cell) -> str:
     """Returns the hash of a cell with the current files that it names."""
-    return cell_sha256(text, _loaded(text))
+    return cell_sha256(cell.text, _loaded(cell.text), cell.kind)
 
 
 @functools.lru_cache(maxsize=64)
@@ -249,7 +254,7 @@ def _check_version(task: Task) -> None:
                 " the same on all workers, and start the suite again"
             )
     try:
-        here = _sha256_here(task.cell.text)
+        here = _sha256_here(task.cell)
     except Exception as error:
         # The rows of its runs will have the error.
         if not isinstance(error, ImportError):

@@ -1,5 +1,6 @@
 from .checks import CheckScenario as CheckScenario
 from .error import Fault as Fault, ScenarioError as ScenarioError
+from .generate.kind import GenerateScenario as GenerateScenario
 from .loading import (
     ListScenarios as ListScenarios,
     LoadScenario as LoadScenario,
@@ -13,6 +14,7 @@ from .parts import (
     CohortConfig as CohortConfig,
     CrowdConfig as CrowdConfig,
     DifferentialDriveConfig as DifferentialDriveConfig,
+    Disc as Disc,
     EvaluatorConfig as EvaluatorConfig,
     Furniture as Furniture,
     HumanConfig as HumanConfig,

@@ -25,7 +25,14 @@ from hunav_drake.systems.sensing.sensor_config import (
     VisiblePeopleConfig,
 )
 from hunav_drake.systems.world.furniture import Furniture
-from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, Wall, World
+from hunav_drake.systems.world.shapes import (
+    Box,
+    Disc,
+    Polygon,
+    Polyline,
+    Wall,
+    World,
+)
 
 __all__ = [
     "AgeBand",
@@ -36,6 +43,7 @@ __all__ = [
     "CohortConfig",
     "CrowdConfig",
     "DifferentialDriveConfig",
+    "Disc",
     "EvaluatorConfig",
     "Furniture",
     "HumanConfig",

@@ -87,7 +87,6 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
     """Runs a trial again, and writes its replay."""
     import logging
 
-    from hunav_drake.scenario import LoadScenario
     from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.scenario.population import draw_people
     from hunav_drake.trial.simulation import RunTrial
@@ -95,9 +94,7 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
 
     # Meshcat logs its address, which nobody needs.
     logging.getLogger("drake").setLevel(logging.WARNING)
-    scenario = LoadScenario(
-        data=cell.text, overrides=[f"simulation.seed={seed}"]
-    )
+    scenario = cell.load(seed)
     meshcat = StartMeshcatLocal()
     people = draw_people(scenario)
     SetView(meshcat, scenario.world, people, robots_of(scenario))

@@ -34,11 +34,12 @@ class Purpose(IntEnum):
     ARRIVAL_PLACE = 14
     REACTION = 15
     LIDAR_NOISE = 20
-    LIDAR_DROPOUT = 21
-    MISSED_DETECTION = 22
-    DETECTION_NOISE = 23
-    FALSE_DETECTION = 24
-    LOCALIZATION = 25
+    WORLD = 21
+    LIDAR_DROPOUT = 22
+    MISSED_DETECTION = 23
+    DETECTION_NOISE = 24
+    FALSE_DETECTION = 25
+    LOCALIZATION = 26
 
 
 def check_seed(seed: int) -> int:
@@ -54,6 +55,11 @@ def check_seed(seed: int) -> int:
     ):
         return int(seed)
     raise ValueError(f"seed must be a whole number in [0, 2^63), got {seed!r}")
+
+
+def stream(seed: int, number: int, purpose: Purpose) -> np.random.Generator:
+    """Returns the numbers of one purpose: those of a seed and a number."""
+    return next(_streams(seed, [number], purpose))
 
 
 def draw_uniform(

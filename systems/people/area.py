@@ -26,9 +26,7 @@ class Area:
     rectangle: Rectangle | None = None
     """Sides (x_min, y_min, x_max, y_max) of a rectangle, in meters."""
 
-    polygon: Annotated[Points, Field(min_length=3, max_length=1000)] | None = (
-        None
-    )
+    polygon: Annotated[Points, Field(min_length=3)] | None = None
     """Corners of a simple polygon, in either direction, in meters; the last
     joins the first."""
 

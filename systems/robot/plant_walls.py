@@ -3,12 +3,13 @@
 import math
 
 import numpy as np
-from pydrake.geometry import Box
+from pydrake.geometry import Box, Cylinder
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.systems.world.solids import as_disc
 
 # Friction of rubber on a floor, and of a shell on a wall.
 _FLOOR_FRICTION = CoulombFriction(0.9, 0.9)
@@ -28,9 +29,9 @@ def AddFloorAndWalls(
 ) -> None:
     """Adds the floor at z = 0 and an upright box for each wall segment.
 
-    The floor ends 10 km from `middle`, (x, y) in W, in meters. Solids have
-    their surface at their outline; a line is 2 mm thick. The plant is
-    registered with a SceneGraph and not finalized yet.
+    A round solid is a cylinder. The floor ends 10 km from `middle`, (x, y) in
+    W, in meters. Solids have their surface at their outline; a line is 2 mm
+    thick. The plant is registered with a SceneGraph and not finalized yet.
     """
     world = plant.world_body()
     plant.RegisterCollisionGeometry(
@@ -46,6 +47,16 @@ def AddFloorAndWalls(
         obstacles.solid, first[:-1], first[1:], strict=True
     ):
         segments = obstacles.segments[begin:end]
+        if solid and (found := as_disc(segments[:, :2])):
+            plant.RegisterCollisionGeometry(
+                world,
+                RigidTransform([*found[:2], _HEIGHT / 2]),
+                Cylinder(found[2], _HEIGHT),
+                f"wall_{count}",
+                _WALL_FRICTION,
+            )
+            count += 1
+            continue
         inwards = 0.0
         if solid:
             inwards = _SHELL / 2 * (1 if _area(segments) >= 0 else -1)

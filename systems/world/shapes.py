@@ -26,7 +26,7 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.obstacles import Obstacles
-from hunav_drake.systems.world.solids import Fixture, Prism, turned
+from hunav_drake.systems.world.solids import Fixture, Prism, fine_disc, turned
 
 # Corners nearer to each other than this are one, in meters.
 SAME_CORNER = 1e-3
@@ -91,13 +91,29 @@ class Box(Wall):
         return turned(corners, (*self.center, self.yaw))
 
 
+@register_wall("disc")
+@dataclass(kw_only=True, config=CONFIG)
+class Disc(Wall):
+    """A solid disc: a column, a trunk, a bollard."""
+
+    center: Point
+    """Center, in meters."""
+
+    radius: PositiveLength
+    """Radius, in meters."""
+
+    def vertices(self) -> Array:
+        """Returns a regular polygon (k, 2) with its area, within 5 mm of it."""
+        return fine_disc(*self.center, self.radius)
+
+
 @register_wall("polygon")
 @dataclass(kw_only=True, config=CONFIG)
 class Polygon(Wall):
     """A solid simple polygon, in either direction of rotation."""
 
-    points: Annotated[Points, Field(min_length=3, max_length=1000)]
-    """Corners, three to a thousand, in meters; the last joins the first."""
+    points: Annotated[Points, Field(min_length=3)]
+    """Corners, at least three, in meters; the last joins the first."""
 
     def vertices(self) -> Array:
         """Returns the corners, shape (k, 2); those within 1 mm are one."""

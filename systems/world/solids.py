@@ -14,8 +14,12 @@ import shapely
 
 from hunav_drake.systems.common.arrays import Array
 
-# The number of corners of round outlines.
-_SIDES = 16
+# The least number of corners of round outlines, and the radius up to which it
+# is enough, in meters: there, corners are 5 mm off the circle.
+_SIDES, _ROUND = 16, 0.38
+
+# Lengths that differ by less, in proportion, are equal: see `as_disc`.
+_EQUAL = 1e-9
 
 
 class WorldFileError(ValueError):
@@ -123,15 +127,45 @@ def rectangle(x0: float, y0: float, x1: float, y1: float) -> Array:
     return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], dtype=float)
 
 
-def disc(x: float, y: float, radius: float) -> Array:
-    """Returns a regular polygon (16, 2) with the area of a disc."""
-    angles = (np.arange(_SIDES) + 0.5) * (2 * np.pi / _SIDES)
-    step = 2 * np.pi / _SIDES
+def disc(x: float, y: float, radius: float, sides: int = _SIDES) -> Array:
+    """Returns a regular polygon (sides, 2) with the area of a disc."""
+    angles = (np.arange(sides) + 0.5) * (2 * np.pi / sides)
+    step = 2 * np.pi / sides
     outer = radius * np.sqrt(step / np.sin(step))
     result: Array = np.array([x, y]) + outer * np.column_stack(
         [np.cos(angles), np.sin(angles)]
     )
     return result
+
+
+def fine_disc(x: float, y: float, radius: float) -> Array:
+    """Returns a regular polygon with the area of a disc, within 5 mm of it.
+
+    Its shape is (k, 2), in meters; k is a multiple of 4, and at least 16.
+    """
+    sides = _SIDES * np.sqrt(max(radius / _ROUND, 1.0))
+    return disc(x, y, radius, 4 * int(np.ceil(sides / 4)))
+
+
+def as_disc(outline: Array) -> tuple[float, float, float] | None:
+    """Returns the disc (x, y, radius) of which an outline is a polygon.
+
+    The outline, (k, 2), is one of `disc`, moved and turned; of others, the
+    result is None. Lengths are in meters.
+    """
+    sides = len(outline)
+    if sides < _SIDES:
+        return None
+    center = outline.mean(axis=0)
+    away = outline - center
+    outer = np.hypot(*away.T)
+    steps = np.hypot(*(away - np.roll(away, 1, axis=0)).T)
+    least = _EQUAL * (np.abs(outline).max() + outer.max())
+    if max(np.ptp(outer), np.ptp(steps)) > least or outer.min() < 1e-3:
+        return None
+    step = 2 * np.pi / sides
+    radius = float(outer.mean() / np.sqrt(step / np.sin(step)))
+    return float(center[0]), float(center[1]), radius
 
 
 def turned(points: ArrayLike, pose: tuple[float, float, float]) -> Array:

@@ -53,13 +53,27 @@ def test_walls_boxes_polygons_and_rooms_are_drawn(open_editor):
     assert near(box["center"], (1.5, 2.75))
     assert near(box["size"], (1, 0.5), 0.11)
 
+    editor.tool("disc")
+    editor.drag((-4.2, -1), (-3.8, -1))
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 4)
+    disc = editor.session.data["world"]["walls"][-1]
+    assert disc["type"] == "disc"
+    assert near(disc["center"], (-4.2, -1), 0.11)
+    assert abs(disc["radius"] - 0.4) < 0.11
+    editor.drag_handle("radius", (-3.6, -1))
+    path = ["world", "walls", walls + 3]
+    editor.wait(lambda it: at(it.data, [*path, "radius"]) > 0.5)
+    with editor.pressed(-4.2, -1):
+        editor.drop_at((-4.2, -2))
+    editor.wait(lambda it: near(at(it.data, [*path, "center"]), (-4.2, -2)))
+
     editor.tool("room")
     editor.drag((-0.5, -2.7), (1.5, -0.7))
-    editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 7)
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 8)
     # A door in the upper wall of the room.
     editor.tool("door")
     editor.click(0.5, -0.7)
-    editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 8)
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == walls + 9)
     undo = editor.page.locator(".step").first
     editor.wait(lambda _: undo.get_attribute("title").endswith("Add a door"))
     editor.undo_all()

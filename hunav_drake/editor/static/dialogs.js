@@ -15,7 +15,7 @@ const HELP = [
   ["Person, then its goals", "P: press, pull, click; Enter ends"],
   ["Goals; one 1 m ahead", "G; Shift+G"],
   ["Robot; its goal", "R; Shift+R"],
-  ["Wall; polygon; box; room; door", "W; O; B; Shift+O; D"],
+  ["Wall; polygon; box; disc; room; door", "W; O; B; C; Shift+O; D"],
   ["Furniture; measure", "F; M"],
   ["Corners of a wall", "drag; Enter, Tab, arrows, Del"],
   ["Copy", "Ctrl+drag; Ctrl+C, X, V, D"],

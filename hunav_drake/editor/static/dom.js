@@ -114,6 +114,7 @@ const ICONS = {
   wall: "M4 19L10 6l10 4",
   polygon: "M12 3l8.5 6.5L17 20H7L3.5 9.5z",
   box: "M4 7h16v10H4z",
+  disc: "M12 5a7 7 0 1 1 0 14 7 7 0 0 1 0-14zM12 12h.01",
   room: "M4 5h16v14h-6M4 5v14h6M10 19v-2M14 19v-2",
   door: "M3 20h4M17 20h4M7 20V5h10v15M14 12.5v.01",
   furniture: "M4 10h16M6 10v9M18 10v9M4 10V8h16v2",

@@ -118,6 +118,14 @@ export function makeDrags(store, map, { world, snapped, ended }) {
     });
   }
 
+  function widening(path) {
+    return changing([path], `Resize ${wordsFor(store.data, [path])}`, (base, event) => {
+      const { center } = valueAt(base, path);
+      const [x, y] = snapped(world(event), event, { corners: true, besides: keyOf(path) });
+      return [["set", [...path, "radius"], round(Math.max(0.01, Math.hypot(x - center[0], y - center[1])))]];
+    });
+  }
+
   function bending(path, name, index) {
     const isNew = name === "side";
     const at = isNew ? index + 1 : index;
@@ -129,5 +137,5 @@ export function makeDrags(store, map, { world, snapped, ended }) {
     });
   }
 
-  return { moving, turning, sizing, bending };
+  return { moving, turning, sizing, widening, bending };
 }

@@ -105,6 +105,7 @@ export function addGestures(store, map, tools) {
     return pressed(event, () => {
       if (kind === "turn") return drags.turning(path);
       if (kind === "size") return drags.sizing(path, a, b);
+      if (kind === "radius") return drags.widening(path);
       return drags.bending(path, kind, a);
     });
   }

@@ -1,6 +1,6 @@
 import { svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { headingOf, isPoint, isPose } from "./things.js";
+import { headingOf, isDisc, isPoint, isPose } from "./things.js";
 
 /** The maximum number of corners with handles. */
 const MOST_CORNERS = 80;
@@ -42,6 +42,7 @@ function handlesOf(data, path, scale) {
       }
     }
   }
+  if (isDisc(value)) handles.push({ name: "radius", x: value.center[0] + value.radius, y: value.center[1], square: true });
   const points = value?.points;
   if (Array.isArray(points) && points.length <= MOST_CORNERS && points.every(isPoint)) {
     const closed = points.length > 2 && value.type !== "polyline";

@@ -27,5 +27,11 @@ export function corners({ center: [x, y], size: [w, d], yaw = 0 }) {
   return signs.map(([u, v]) => [x + (c * u * w - s * v * d) / 2, y + (s * u * w + c * v * d) / 2]);
 }
 
+/** Returns points on the rim of a disc. */
+export function discCorners({ center: [x, y], radius }) {
+  const angles = Array.from({ length: 24 }, (_, i) => (i * Math.PI) / 12);
+  return angles.map((it) => [x + radius * Math.cos(it), y + radius * Math.sin(it)]);
+}
+
 /** Returns the preliminary outline of a box, before Python sends it. */
 export const boxOutline = (box, kind = "box") => ({ points: corners(box), closed: true, kind, height: box.height ?? 2.5 });

@@ -100,12 +100,15 @@ export function moveOps(data, path, dx, dy) {
   return ops;
 }
 
+/** Returns whether a part is a disc of the world. */
+export const isDisc = (value) => isPoint(value?.center) && isNumber(value.radius);
+
 /** Returns the path and the value of the heading of a part, or null. */
 export function headingOf(data, path) {
   const value = valueAt(data, path);
   if (isPose(value)) return { path: [...path, 2], yaw: value[2], at: value };
   if (isPose(value?.pose)) return { path: [...path, "pose", 2], yaw: value.pose[2], at: value.pose };
-  if (isPoint(value?.center)) {
+  if (isPoint(value?.center) && !isDisc(value)) {
     return { path: [...path, "yaw"], yaw: isNumber(value.yaw) ? value.yaw : 0, at: value.center };
   }
   return null;
@@ -141,7 +144,8 @@ function followed(outline, from, to) {
   const place = (it) => {
     const [x, y] = it.center ?? it.pose ?? [0, 0];
     const yaw = (isNumber(it.yaw) ? it.yaw : it.pose?.[2]) ?? 0;
-    return { x, y, c: Math.cos(yaw), s: Math.sin(yaw), size: it.size };
+    const size = isDisc(it) ? [it.radius, it.radius] : it.size;
+    return { x, y, c: Math.cos(yaw), s: Math.sin(yaw), size };
   };
   const [a, b] = [place(from), place(to)];
   const grow = isPoint(a.size) && isPoint(b.size) ? [b.size[0] / a.size[0], b.size[1] / a.size[1]] : [1, 1];

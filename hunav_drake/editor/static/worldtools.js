@@ -3,7 +3,7 @@ import { round, valueAt } from "./data.js";
 import { isPoint } from "./things.js";
 import { freeName, segmentAt } from "./changes.js";
 import { outline } from "./shapes.js";
-import { addParts, boxOutline, corners, newName } from "./newparts.js";
+import { addParts, corners, discCorners, newName } from "./newparts.js";
 import { furnitureTool } from "./furniture.js";
 
 /** The thickness of the walls of a room, and the width of a door, in meters. */
@@ -55,21 +55,40 @@ function lineTool(store, map, face, { shape, least, closes }) {
   };
 }
 
-/** A shape from corner to corner: a box, or a room of four walls. */
-function areaTool(store, map, face, partsFor) {
-  let first = null;
-  const area = (a, b) => {
+/** An area from corner to corner. */
+const BOX = {
+  type: "box",
+  area(a, b) {
     const center = [round((a[0] + b[0]) / 2), round((a[1] + b[1]) / 2)];
     const size = [round(Math.abs(a[0] - b[0])), round(Math.abs(a[1] - b[1]))];
     return { center, size };
-  };
+  },
+  width: (box) => Math.min(...box.size),
+  text: ({ size }) => `${size[0].toFixed(2)} × ${size[1].toFixed(2)} m`,
+  corners,
+};
+
+/** An area from a center to its rim. */
+const DISC = {
+  type: "disc",
+  area: (a, b) => ({ center: a.map(round), radius: round(Math.hypot(b[0] - a[0], b[1] - a[1])) }),
+  width: (disc) => 2 * disc.radius,
+  text: ({ radius }) => `radius ${radius.toFixed(2)} m`,
+  corners: discCorners,
+};
+
+/** A shape pulled over the floor: a box, a disc, or a room of four walls. */
+function areaTool(store, map, face, partsFor, shape = BOX) {
+  let first = null;
+  const { area } = shape;
+  const path = (a, b) => svg("path", { class: "sketch-area", d: outline(shape.corners(area(a, b))) });
   function end(a, b) {
     map.sketch.replaceChildren();
-    const box = area(a, b);
-    if (Math.min(...box.size) < 0.05) return;
-    const [label, boxes] = partsFor(box);
-    const parts = boxes.map((value) => ({ list: WALLS, value: { type: "box", ...value } }));
-    addParts(store, label, parts, boxes.map((it) => boxOutline(it)));
+    const pulled = area(a, b);
+    if (shape.width(pulled) < 0.05) return;
+    const [label, values] = partsFor(pulled);
+    const parts = values.map((value) => ({ list: WALLS, value: { type: shape.type, ...value } }));
+    addParts(store, label, parts, values.map((it) => ({ points: shape.corners(it), closed: true, kind: shape.type, height: 2.5 })));
     store.tools.choose("select");
   }
   return {
@@ -87,15 +106,14 @@ function areaTool(store, map, face, partsFor) {
         move(now) {
           const at = map.view.toWorld(...map.pixels(now));
           to = store.snapped(at, now, { corners: true });
-          const box = area(place, to);
-          map.sketch.replaceChildren(svg("path", { class: "sketch-area", d: outline(corners(box)) }));
-          store.tell("hint", { text: `${box.size[0].toFixed(2)} × ${box.size[1].toFixed(2)} m` });
+          map.sketch.replaceChildren(path(place, to));
+          store.tell("hint", { text: shape.text(area(place, to)) });
         },
         end: () => end(place, to),
         cancel: () => map.sketch.replaceChildren(),
       };
     },
-    hover: (place) => first && map.sketch.replaceChildren(svg("path", { class: "sketch-area", d: outline(corners(area(first, place))) })),
+    hover: (place) => first && map.sketch.replaceChildren(path(first, place)),
     finish: () => false,
     leave: () => (first = null),
   };
@@ -183,15 +201,17 @@ export function worldTools(store, map) {
   const wall = { name: "wall", title: "Wall", icon: "wall", key: "w" };
   const polygon = { name: "polygon", title: "Polygon", icon: "polygon", key: "o" };
   const box = { name: "box", title: "Box", icon: "box", key: "b", hint: "Pull a box from corner to corner." };
+  const disc = { name: "disc", title: "Disc", icon: "disc", key: "c", hint: "Pull a disc from its center to its rim." };
   const room = { name: "room", title: "Room of four walls", icon: "room", key: "O", hint: "Pull a room from corner to corner." };
-  function oneBox(area) {
-    const name = newName(store, WALLS, "box");
+  const one = (stem) => (area) => {
+    const name = newName(store, WALLS, stem);
     return [`Add ${name}`, [{ name, ...area }]];
-  }
+  };
   return [
     lineTool(store, map, wall, { shape: "polyline", least: 2, closes: false }),
     lineTool(store, map, polygon, { shape: "polygon", least: 3, closes: true }),
-    areaTool(store, map, box, oneBox),
+    areaTool(store, map, box, one("box")),
+    areaTool(store, map, disc, one("disc"), DISC),
     areaTool(store, map, room, (area) => roomParts(store, area)),
     doorTool(store),
     furnitureTool(store, map),

@@ -9,6 +9,7 @@ from hunav_drake.runs.comparison.tables import (
     NOTE,
     by_place,
     mean_text,
+    scores,
     shown_unit,
 )
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text, why_not_goal
@@ -29,6 +30,10 @@ METRICS = (
     "robot_on_person_collisions",
     "social_work",
 )
+
+# Those of generated scenarios, besides: how close the time is to the least, and
+# whether the robot ran into walls.
+OF_KINDS = ("success_weighted_time_length", "contacts_with_walls")
 
 # Those of several robots with each other, and of each of them.
 FLEET_METRICS = (
@@ -100,7 +105,10 @@ def _counts(runs: pd.DataFrame, repetitions: int) -> str:
 
 
 def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
-    names = [name for name in METRICS if name in runs]
+    wanted = METRICS
+    if any(not isinstance(it, str) for it in result.suite.scenarios):
+        wanted = (*METRICS, *OF_KINDS, *scores(runs))
+    names = [name for name in wanted if name in runs]
     if FLEET_METRICS[2] in runs and runs[FLEET_METRICS[2]].notna().any():
         names = [name for name in FLEET_METRICS if name in runs]
         names += [

@@ -14,6 +14,8 @@ from hunav_drake.runs.comparison.paper import (
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text
 from hunav_drake.runs.statistics import RATES, early_mark, summarize
 from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.systems.evaluation.metrics import METRICS as KNOWN
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import ROUNDING, number_text, unit_text
 
@@ -66,7 +68,8 @@ def scenario_tables(result: SuiteResult) -> list[Table]:
     for scenario, setting, runs in by_place(result.runs()):
         published = printed_values(result.suite.name, scenario)
         title = " ".join(filter(None, (scenario, setting)))
-        tables.append(_table(title, runs, PAPER_METRICS, published))
+        names = (*PAPER_METRICS, *scores(runs))
+        tables.append(_table(title, runs, names, published))
     return [table for table in tables if table]
 
 
@@ -117,6 +120,11 @@ def _table(
             row += ["-"] * (planner in published)
         rows.append((*row, ""))
     return Table(title, (*header, "unit"), tuple(rows))
+
+
+def scores(runs: pd.DataFrame) -> list[str]:
+    """Returns the numbers of runs that kinds of scenarios have."""
+    return [it for it in runs.attrs["units"] if base_name(it) not in KNOWN]
 
 
 def shown_unit(runs: pd.DataFrame, metric: str) -> str:

@@ -1,0 +1,1 @@
+"""Scenarios drawn from a seed: fields of columns, corridors, rooms, offices."""

@@ -1,0 +1,76 @@
+"""Suites of generated scenarios: each seed has a world of its own."""
+
+import pytest
+
+from hunav_drake import LoadSuite, RunSuite, ScenarioError
+from hunav_drake.runs.cells import make_cells
+from tests.hunav_drake.runs.suite_texts import texts_of
+
+SMALL = """
+scenarios:
+  - {type: field, people: 2, difficulty: [0, 1]}
+  - {type: field, name: crowded, people: 4}
+planners: [pursuit, {type: pursuit, cruise_speed: 0.5, label: slow}]
+overrides: [simulation.duration=2.0]
+seeds: 2
+"""
+
+
+def test_seeds_have_worlds_of_their_own_and_planners_the_same():
+    fast, slow, crowded, _ = make_cells(LoadSuite(data=SMALL))
+    assert [fast.name, slow.name] == ["field/pursuit", "field/slow"]
+    assert crowded.name == "crowded/pursuit"
+    assert fast.load(0).world != fast.load(1).world
+    assert fast.load(0).world == slow.load(0).world
+    assert fast.load(1).simulation.seed == 1
+    assert fast.load(1).simulation.duration == 2.0
+    assert slow.load(0).planner.cruise_speed == 0.5
+    assert len(crowded.load(0).humans) == 4
+    assert len({it.sha256 for it in (fast, slow, crowded)}) == 3
+
+
+def test_a_cell_does_not_depend_on_how_many_seeds_there_are():
+    few, many = (
+        make_cells(LoadSuite(data=SMALL.replace("seeds: 2", f"seeds: {n}")))
+        for n in ("[1]", "[0, 1, 2]")
+    )
+    assert [it.sha256 for it in few] == [it.sha256 for it in many]
+
+
+@pytest.mark.slow
+def test_results_are_the_same_in_other_processes(tmp_path):
+    suite = LoadSuite(data=SMALL)
+    alone = RunSuite(suite, workers=1)
+    others = RunSuite(suite, out=tmp_path, workers=2)
+    assert texts_of(alone) == texts_of(others)
+    assert len(alone.rows) == 8
+    ends = {row.end_reason for row in alone.rows}
+    assert ends == {"timeout"}
+    # The two planners meet the same people.
+    by_cell = alone.runs().set_index(["scenario", "planner", "seed"])
+    assert by_cell.loc["field"].drawn.eq("world").all()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("people: 2", "people: -2", "people"),
+        ("type: field, people: 2", "type: filed", "did you mean 'field'"),
+        ("people: 4", "fill: 0.95", "no ways for the robot"),
+        ("name: crowded, ", "", "two cells are called"),
+    ],
+)
+def test_a_bad_kind_is_told_before_anything_runs(old, new, told):
+    with pytest.raises(ScenarioError, match=told):
+        RunSuite(LoadSuite(data=SMALL.replace(old, new)), workers=1)
+
+
+@pytest.mark.parametrize("name", ["barn", "generalize"])
+def test_shipped_suites_have_all_planners(name):
+    suite = LoadSuite(filename=name)
+    assert len(suite.planners) == 7
+    if name == "barn":
+        with pytest.raises(ScenarioError, match="--worlds FOLDER"):
+            RunSuite(suite, workers=1)
+    else:
+        assert len(suite.scenarios) * suite.seeds == 100
