@@ -10,6 +10,7 @@ from pydrake.geometry import (
     Capsule,
     CollisionFilterDeclaration,
     Cylinder,
+    GeometryId,
     GeometrySet,
     SceneGraph,
     Sphere,
@@ -31,9 +32,14 @@ from hunav_drake.systems.robot.body_state import BodyState
 from hunav_drake.systems.robot.driven_model import (
     AddDrivenModel,
     DrivenModel,
-    make_motor_speeds,
+    make_motor_states,
 )
-from hunav_drake.systems.robot.drives import DriveConfig, PlanarBase
+from hunav_drake.systems.robot.drives import (
+    DifferentialWheels,
+    DriveConfig,
+    MecanumWheels,
+    PlanarBase,
+)
 from hunav_drake.systems.robot.plant_contacts import PlantContacts
 from hunav_drake.systems.robot.plant_model import ModelSource
 from hunav_drake.systems.robot.plant_people import (
@@ -44,6 +50,9 @@ from hunav_drake.systems.robot.plant_people import (
 from hunav_drake.systems.robot.plant_walls import AddFloorAndWalls
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotTask
 from hunav_drake.systems.robot.robot_driver import RobotDriver
+
+# How fast a skid steer corrects its turn rate, in 1/s.
+_TURN_GAIN = 5.0
 
 # The number of corners of the prism that replaces a cylinder.
 _CORNERS = 64
@@ -141,9 +150,9 @@ def AddPlantRobots(
         )
         if len(robots) > 1:
             plant.RenameModelInstance(models[-1].instance, name)
-    AddFloorAndWalls(plant, task.obstacles, robots[0][1].start[:2])
+    floor = AddFloorAndWalls(plant, task.obstacles, robots[0][1].start[:2])
     people = _People(plant, task)
-    _FilterCollisions(plant, scene_graph, [it.instance for it in models])
+    _FilterCollisions(plant, scene_graph, models, floor)
     plant.Finalize()
     pairs = [
         (
@@ -193,14 +202,16 @@ def _MakeRobot(
 ) -> Diagram:
     """Makes the systems of a robot in a finalized plant."""
     step = plant.time_step()
+    skids = isinstance(body.drive, DifferentialWheels) and body.drive.skids
     inner = DiagramBuilder()
     driver = inner.AddNamedSystem(
         "driver",
         RobotDriver(
             config.limits,
-            *make_motor_speeds(plant, model, body.drive),
+            make_motor_states(plant, model, body.drive),
             period=step,
-            needs_heading=isinstance(body.drive, PlanarBase),
+            needs_heading=isinstance(body.drive, MecanumWheels | PlanarBase),
+            turn_gain=_TURN_GAIN if skids else 0.0,
         ),
     )
     state = inner.AddNamedSystem(
@@ -358,9 +369,11 @@ def _reach(
 def _FilterCollisions(
     plant: MultibodyPlant,
     scene_graph: SceneGraph,
-    robots: Sequence[ModelInstanceIndex],
+    robots: Sequence[DrivenModel],
+    floor: GeometryId,
 ) -> None:
     """Keeps only the contacts of each robot with everything else."""
+    world = GeometrySet(plant.GetCollisionGeometriesForBody(plant.world_body()))
 
     def shapes(instance: ModelInstanceIndex) -> GeometrySet:
         bodies = map(plant.get_body, plant.GetBodyIndices(instance))
@@ -374,12 +387,11 @@ def _FilterCollisions(
 
     without = CollisionFilterDeclaration()
     for robot in robots:
-        without.ExcludeWithin(shapes(robot))
+        without.ExcludeWithin(shapes(robot.instance))
+        if robot.floats:
+            without.ExcludeBetween(shapes(robot.instance), GeometrySet([floor]))
     if plant.HasModelInstanceNamed(PEOPLE):
         people = shapes(plant.GetModelInstanceByName(PEOPLE))
-        world = GeometrySet(
-            plant.GetCollisionGeometriesForBody(plant.world_body())
-        )
         without.ExcludeWithin(people)
         without.ExcludeBetween(people, world)
     scene_graph.collision_filter_manager().Apply(without)

@@ -14,13 +14,14 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import STATE_SIZE, YAW
+from hunav_drake.systems.common.layout import OMEGA, STATE_SIZE, YAW
 from hunav_drake.systems.robot.disc_step import next_velocity
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
 # A function from a speed v in m/s, a turn rate in rad/s and a heading in rad to
-# the speeds of the motors, in their order.
-MotorSpeeds = Callable[[float, float, float], list[float]]
+# the positions that the motors hold, in their order, followed by their speeds.
+# (Motors that hold speeds have no spring, so their positions do not count.)
+MotorStates = Callable[[float, float, float], list[float]]
 
 
 class RobotDriver(LeafSystem):
@@ -31,53 +32,57 @@ class RobotDriver(LeafSystem):
         name: RobotDriver
         input_ports:
         - velocity_command
-        - robot_state (for drives that depend on the heading)
+        - robot_state (for drives that depend on it)
         output_ports:
         - desired_state
 
     Port ``velocity_command`` takes (v, omega), in m/s and rad/s, and
     ``robot_state`` the row (x, y, yaw, vx, vy, omega, radius) of the robot in
-    W, of which only the heading counts. Every ``period``, speed and turn rate
-    change towards the command within the acceleration limits; the command
-    itself is clipped to the limits. Port ``desired_state`` gives the state that
-    the plant's motors hold from then on: all positions, then all speeds, in rad
-    and rad/s, or m and m/s.
+    W, of which only heading and turn rate count. Every ``period``, speed and
+    turn rate change towards the command within the acceleration limits; the
+    command itself is clipped to the limits. Port ``desired_state`` gives the
+    state that the plant's motors hold from then on: all positions, then all
+    speeds, in rad and rad/s, or m and m/s.
 
-    The discrete state holds the output; a second group holds (v, omega).
+    With a ``turn_gain``, the integral of the difference between the turn rate
+    and the actual one is added to it, up to the maximum turn rate.
+
+    The discrete state holds the output; a second group holds (v, omega), and a
+    third one, with a ``turn_gain``, what is added.
     """
 
     def __init__(
         self,
         limits: RobotLimits,
-        motor_speeds: MotorSpeeds,
-        held_places: list[float],
+        motor_states: MotorStates,
         *,
         period: float,
         needs_heading: bool = False,
+        turn_gain: float = 0.0,
     ) -> None:
         """Constructs a RobotDriver that starts at rest.
 
-        `held_places` are the positions that all motors hold. Motors of the
-        drive hold speeds and have no spring, so theirs do not count. Without
-        `needs_heading` there is no port ``robot_state``. `period` is in
-        seconds.
+        Without `needs_heading` or a `turn_gain`, in 1/s, there is no port
+        ``robot_state``. `period` is in seconds.
         """
         super().__init__()
         self._limits = np.array(astuple(limits))
-        self._motor_speeds = motor_speeds
-        self._held_places = list(held_places)
+        self._motor_states = motor_states
+        self._turn_gain = turn_gain
+        self._most_added = limits.max_turn_rate
         self._period = period
         self._velocity_command = self.DeclareVectorInputPort(
             "velocity_command", 2
         )
         self._robot_state = (
             self.DeclareVectorInputPort("robot_state", STATE_SIZE)
-            if needs_heading
+            if needs_heading or turn_gain
             else None
         )
-        speeds = motor_speeds(0.0, 0.0, 0.0)
-        self._motors = self.DeclareDiscreteState([*held_places, *speeds])
+        self._motors = self.DeclareDiscreteState(motor_states(0.0, 0.0, 0.0))
         self._speeds = self.DeclareDiscreteState(2)
+        if turn_gain:
+            self._added = self.DeclareDiscreteState(1)
         self._desired_state = self.DeclareStateOutputPort(
             "desired_state", self._motors
         )
@@ -107,11 +112,20 @@ class RobotDriver(LeafSystem):
             return
         yaw = 0.0
         if self._robot_state is not None:
+            row = self._robot_state.Eval(context)
             # The heading in the middle of the step of this command.
-            yaw = float(self._robot_state.Eval(context)[YAW])
+            yaw = float(row[YAW])
             yaw += 1.5 * omega * period
-        speeds = self._motor_speeds(v, omega, yaw)
-        discrete_state.set_value(self._motors, [*self._held_places, *speeds])
+            if self._turn_gain:
+                (added,) = context.get_discrete_state(self._added).value()
+                missing = before[1] - float(row[OMEGA])
+                added += self._turn_gain * period * missing
+                most = self._most_added
+                added = min(max(added, -most), most)
+                discrete_state.set_value(self._added, [added])
+                omega += added
+        states = self._motor_states(v, omega, yaw)
+        discrete_state.set_value(self._motors, states)
         discrete_state.set_value(self._speeds, speeds_after)
 
 

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+import dataclasses
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -22,6 +23,7 @@ from hunav_drake.systems.robot.drives import (
 )
 from hunav_drake.systems.robot.robot_config import (
     RobotConfig,
+    RobotLimits,
     RobotTask,
     register_robot,
 )
@@ -168,31 +170,133 @@ def AddPhysicalRobots(
     return AddPlantRobots(builder, bodies, task)
 
 
-@register_robot("pmb2")
-@dataclass(kw_only=True, config=CONFIG)
-class PMB2Config(PhysicalRobot):
-    """A round base on two driven wheels, with the parameters of PAL's PMB2."""
+class PackageRobot(PhysicalRobot):
+    """Base class of robots whose model, an SDF file, is in the package.
 
-    radius: BodyRadius = 0.27
-    """Radius of the robot's body, in meters."""
+    Its base is the body "base"; the file cites where its figures are from.
+    """
+
+    model: ClassVar[str]
+    """Name of the file in systems/robot/models."""
+
+    drive: ClassVar[DriveConfig]
+    """Drive of the robot."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the model of the package."""
         from hunav_drake.systems.robot.plant_model import ModelSource
 
-        file = "package://hunav_drake/systems/robot/models/pmb2.sdf"
-        return ModelSource(file=file, base="base")
+        folder = "package://hunav_drake/systems/robot/models"
+        return ModelSource(file=f"{folder}/{self.model}.sdf", base="base")
 
     def GetDrive(self) -> DriveConfig:
-        """Returns its two wheels: 6 N m, and 1 m/s at the rim."""
-        return DifferentialWheels(
-            left_wheel="left_wheel_joint",
-            right_wheel="right_wheel_joint",
-            wheel_separation=0.4044,
-            wheel_radius=0.0985,
-            max_torque=6.0,
-            max_wheel_speed=1.0 / 0.0985,
-        )
+        """Returns its wheels."""
+        return self.drive
+
+
+def _wheels(
+    separation: float, radius: float, torque: float, speed: float
+) -> DifferentialWheels:
+    """Returns two wheels with a maximum speed of the rim, in m/s."""
+    return DifferentialWheels(
+        left_wheel="left_wheel_joint",
+        right_wheel="right_wheel_joint",
+        wheel_separation=separation,
+        wheel_radius=radius,
+        max_torque=torque,
+        max_wheel_speed=speed / radius,
+    )
+
+
+def _limits(*values: float) -> Any:
+    """Returns a field of limits, in the order of `RobotLimits`."""
+    names = [it.name for it in dataclasses.fields(RobotLimits)]
+    known = dict(zip(names, values, strict=True))
+    return field(default_factory=lambda: RobotLimits(**known))
+
+
+@register_robot("pmb2")
+@dataclass(kw_only=True, config=CONFIG)
+class PMB2Config(PackageRobot):
+    """A round base on two driven wheels, with the parameters of PAL's PMB2."""
+
+    radius: BodyRadius = 0.27
+    """Radius of the robot's body, in meters."""
+
+    model: ClassVar[str] = "pmb2"
+    drive: ClassVar[DriveConfig] = _wheels(0.4044, 0.0985, 6.0, 1.0)
+
+
+@register_robot("tiago_base")
+@dataclass(kw_only=True, config=CONFIG)
+class TiagoBaseConfig(PackageRobot):
+    """PAL's TIAGo without an arm, its torso down: 50 kg on the base PMB2."""
+
+    radius: BodyRadius = 0.27
+    """Radius of the robot's body, in meters."""
+
+    limits: RobotLimits = _limits(1.0, 0.2, 0.5, 1.05, 1.05)
+    """Limits of the robot's motion: those of its base's controller."""
+
+    model: ClassVar[str] = "tiago_base"
+    drive: ClassVar[DriveConfig] = _wheels(0.4044, 0.0985, 6.0, 1.0)
+
+
+@register_robot("turtlebot3_burger")
+@dataclass(kw_only=True, config=CONFIG)
+class TurtleBot3BurgerConfig(PackageRobot):
+    """ROBOTIS' TurtleBot3 Burger: two wheels and a caster, 1 kg."""
+
+    radius: BodyRadius = 0.125
+    """Radius of the smallest disc around the middle of the wheels that covers
+    the robot, in meters."""
+
+    limits: RobotLimits = _limits(0.22, 0.22, 2.5, 2.84, 3.2)
+    """Limits of the robot's motion, its accelerations those that its navigation
+    plans with."""
+
+    model: ClassVar[str] = "turtlebot3_burger"
+    drive: ClassVar[DriveConfig] = _wheels(0.16, 0.033, 1.5, 0.24)
+
+
+@register_robot("turtlebot3_waffle")
+@dataclass(kw_only=True, config=CONFIG)
+class TurtleBot3WaffleConfig(PackageRobot):
+    """ROBOTIS' TurtleBot3 Waffle Pi: two wheels and two casters, 1.8 kg."""
+
+    radius: BodyRadius = 0.24
+    """Radius of the smallest disc around the middle of the wheels that covers
+    the robot, in meters."""
+
+    limits: RobotLimits = _limits(0.26, 0.26, 2.5, 1.82, 3.2)
+    """Limits of the robot's motion, its accelerations those that its navigation
+    plans with."""
+
+    model: ClassVar[str] = "turtlebot3_waffle"
+    drive: ClassVar[DriveConfig] = _wheels(0.288, 0.033, 3.0, 0.27)
+
+
+@register_robot("jackal")
+@dataclass(kw_only=True, config=CONFIG)
+class JackalConfig(PackageRobot):
+    """Clearpath's Jackal: a skid steer on four wheels, 18 kg."""
+
+    radius: BodyRadius = 0.31
+    """Radius of the smallest disc that covers the robot, in meters."""
+
+    limits: RobotLimits = _limits(2.0, 2.0, 2.0, 4.0, 4.0)
+    """Limits of the robot's motion. Those of its controller allow 20 m/s^2 and
+    25 rad/s^2, which no tire gives."""
+
+    model: ClassVar[str] = "jackal"
+    drive: ClassVar[DriveConfig] = DifferentialWheels(
+        left_wheel=["front_left_wheel_joint", "rear_left_wheel_joint"],
+        right_wheel=["front_right_wheel_joint", "rear_right_wheel_joint"],
+        wheel_separation=0.37559,
+        wheel_radius=0.098,
+        max_torque=5.0,
+        max_wheel_speed=3.0 / 0.098,
+    )
 
 
 @register_robot("urdf")
