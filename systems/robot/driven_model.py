@@ -41,6 +41,10 @@ from hunav_drake.systems.robot.robot_driver import MotorStates
 _WHEEL_DAMPING, _PUSH_DAMPING, _TURN_DAMPING = 10.0, 1e4, 1e3
 _NO_SPRING = 1e-9
 
+# The gain of wheels is this many times larger in models whose joints have
+# damping, which would slow them.
+_AGAINST_JOINTS = 20
+
 # Any other motor holds its joint's start position, with gains in N m/rad and N
 # m s/rad, or in N/m and N s/m.
 _HOLD = PdControllerGains(p=1e4, d=1e3)
@@ -89,7 +93,13 @@ def AddDrivenModel(
             math.inf if wheel.is_steered else drive.max_torque
             for wheel in facts.wheels
         ]
-        dampings = [_WHEEL_DAMPING] * len(motors)
+        joints = map(plant.get_joint, plant.GetJointIndices(instance))
+        resists = any(
+            isinstance(it, RevoluteJoint) and it.default_damping() > 0
+            for it in joints
+        )
+        damping = _WHEEL_DAMPING * (_AGAINST_JOINTS if resists else 1)
+        dampings = [damping] * len(motors)
     if isinstance(drive, MecanumWheels | PlanarBase):
         stages: list[Joint]
         if isinstance(drive, PlanarBase) and drive.x:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,11 +45,13 @@ class ModelSource:
         base: The body with the position and heading of the robot.
         packages: Folders of packages by name, in addition to those given by
             ROS_PACKAGE_PATH and by the package.xml above the file.
+        arguments: The values of xacro's arguments.
     """
 
     file: str
     base: str
     packages: Mapping[str, str] = field(default_factory=dict)
+    arguments: Mapping[str, Any] = field(default_factory=dict)
 
 
 def AddModel(
@@ -60,7 +62,7 @@ def AddModel(
     Raises:
         ModelFault: If there is no such file, model or body.
     """
-    instances = AddModels(plant, source.file, source.packages)
+    instances = AddModels(plant, source.file, source.packages, source.arguments)
     names = []
     for instance in instances:
         for index in plant.GetBodyIndices(instance):
@@ -126,6 +128,7 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             "hunav_drake.systems.robot.attempt:try_robot",
             source.base,
             {"type": name_of(drive), **asdict(drive)},
+            arguments=source.arguments,
         )
     plant = MultibodyPlant(time_step=0.0)
     instance, base = AddModel(plant, source)

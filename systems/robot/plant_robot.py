@@ -10,17 +10,21 @@ from pydrake.geometry import (
     Capsule,
     CollisionFilterDeclaration,
     Cylinder,
+    Ellipsoid,
     GeometryId,
     GeometrySet,
+    ProximityProperties,
+    RoleAssign,
     SceneGraph,
     Sphere,
 )
 from pydrake.multibody.plant import (
     ContactModel,
+    CoulombFriction,
     DiscreteContactApproximation,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
 from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
@@ -50,6 +54,10 @@ from hunav_drake.systems.robot.plant_people import (
 from hunav_drake.systems.robot.plant_walls import AddFloorAndWalls
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotTask
 from hunav_drake.systems.robot.robot_driver import RobotDriver
+
+# The friction that Drake's parser takes where a file gives none, and that of a
+# caster that slides.
+_UNSTATED, _SLIDING = 1.0, CoulombFriction(0.1, 0.1)
 
 # How fast a skid steer corrects its turn rate, in 1/s.
 _TURN_GAIN = 5.0
@@ -154,6 +162,8 @@ def AddPlantRobots(
     people = _People(plant, task)
     _FilterCollisions(plant, scene_graph, models, floor)
     plant.Finalize()
+    for model in models:
+        _MendShapes(plant, scene_graph, model)
     pairs = [
         (
             plant.get_geometry_pose_output_port(),
@@ -364,6 +374,54 @@ def _reach(
             x, y, _ = X_BG @ points.T
             reach = max(reach, radius + float(np.hypot(x, y).max()))
     return reach
+
+
+def _MendShapes(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
+) -> None:
+    """Makes wheels roll, and supports slide, as they do on real floors.
+
+    Cylinders that roll become ellipsoids: the one point at which Drake lets a
+    cylinder touch the floor is at one of its ends, and that of a wheel is in
+    its middle. What is fixed to a base on wheels gets a low friction, unless
+    the file gives one: in files of robots it is a caster's stand-in.
+    """
+    source = plant.get_source_id()
+    inspector = scene_graph.model_inspector()
+    context = plant.CreateDefaultContext()
+    for index in plant.GetJointIndices(model.instance):
+        joint = plant.get_joint(index)
+        if not isinstance(joint, RevoluteJoint):
+            continue
+        wheel = joint.child_body()
+        R_BW, R_BC = (
+            plant.CalcRelativeRotationMatrix(
+                context, model.base.body_frame(), frame
+            )
+            for frame in (joint.frame_on_parent(), wheel.body_frame())
+        )
+        axis = R_BW.multiply(joint.revolute_axis())
+        for geometry in plant.GetCollisionGeometriesForBody(wheel):
+            shape = inspector.GetShape(geometry)
+            along = R_BC.multiply(
+                inspector.GetPoseInFrame(geometry).rotation().matrix()[:, 2]
+            )
+            flat = abs(axis[2]) < 0.1 and abs(axis @ along) > 0.99
+            if isinstance(shape, Cylinder) and flat:
+                r, half = shape.radius(), shape.length() / 2
+                scene_graph.ChangeShape(source, geometry, Ellipsoid(r, r, half))
+    for body in plant.GetBodiesWeldedTo(model.base) if model.wheels else ():
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            properties = inspector.GetProximityProperties(geometry)
+            found = properties.GetProperty("material", "coulomb_friction")
+            if found.static_friction() == _UNSTATED:
+                properties = ProximityProperties(properties)
+                properties.UpdateProperty(
+                    "material", "coulomb_friction", _SLIDING
+                )
+                scene_graph.AssignRole(
+                    source, geometry, properties, RoleAssign.kReplace
+                )
 
 
 def _FilterCollisions(

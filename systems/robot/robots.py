@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import StrictBool, StrictFloat, StrictStr
+from pydantic import StrictBool, StrictFloat, StrictInt, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.field_docs import explain
@@ -16,6 +16,7 @@ from hunav_drake.systems.common.schema import (
     FilePath,
     within,
 )
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.robot.drives import (
     DRIVES,
     DifferentialWheels,
@@ -128,7 +129,8 @@ class PhysicalRobot(RobotConfig):
             yield fault.place, str(fault)
 
     def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Yields a doubt if the disc is larger than the body."""
+        """Yields doubts: a disc larger than the body, meshes not shown."""
+        from hunav_drake.systems.common.models.reading import robot_text
         from hunav_drake.systems.robot.plant_robot import body_reach
 
         reach = body_reach(self.GetModel(), self.GetDrive(), self.start)
@@ -139,6 +141,22 @@ class PhysicalRobot(RobotConfig):
                 f" reach only {reach:.3g} m from its base: people are moved off"
                 " the disc without a force on the robot; for forces that count,"
                 f" set it to {reach:.3g}",
+            )
+        source = self.GetModel()
+        robot = robot_text(source.file, source.packages, source.arguments)
+        if robot is not None and robot.unseen:
+            yield (
+                ("file",),
+                f"has {len(robot.unseen)} meshes that are not there or of a"
+                f" format that Drake cannot show, as {shown(robot.unseen[0])}:"
+                " the collision shapes of their links are shown instead",
+            )
+        if robot is not None and robot.absent:
+            yield (
+                ("file",),
+                "includes files of packages that are not there, which are left"
+                f" out: {', '.join(robot.absent)}; if the robot lacks a part,"
+                " name their folders under packages",
             )
 
 
@@ -302,7 +320,7 @@ class JackalConfig(PackageRobot):
 @register_robot("urdf")
 @dataclass(kw_only=True, config=CONFIG)
 class UrdfRobot(PhysicalRobot):
-    """A robot from a URDF or SDF file, with any of the drives."""
+    """A robot from a URDF (also by xacro) or SDF file, with any drive."""
 
     file: FilePath
     """Model file: a path, in a scenario file relative to it, or
@@ -316,14 +334,24 @@ class UrdfRobot(PhysicalRobot):
 
     packages: dict[StrictStr, StrictStr] = field(default_factory=dict)
     """Folders of packages by name, for package://name/..., in addition to those
-    given by ROS_PACKAGE_PATH and by the package.xml above the file."""
+    given by ROS_PACKAGE_PATH, by the package.xml above the file, and in folders
+    beside it and its repository."""
+
+    arguments: dict[
+        StrictStr, StrictStr | StrictBool | StrictInt | StrictFloat
+    ] = field(default_factory=dict)
+    """Values of xacro's arguments, and of environment variables that it asks
+    for: no others are read."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the user's model."""
         from hunav_drake.systems.robot.plant_model import ModelSource
 
         return ModelSource(
-            file=self.file, base=self.base, packages=dict(self.packages)
+            file=self.file,
+            base=self.base,
+            packages=dict(self.packages),
+            arguments=dict(self.arguments),
         )
 
     def GetDrive(self) -> DriveConfig:
