@@ -50,6 +50,10 @@ _COLLISION = re.compile(r"<collision\b[^>]*>(.*?)</collision>", re.DOTALL)
 _MATERIAL = re.compile(
     r"<material\b[^>]*/>|<material\b.*?</material>", re.DOTALL
 )
+_CONTROL = re.compile(r"<ros2_control\b.*?</ros2_control>", re.DOTALL)
+_COMMANDED = re.compile(
+    r"<joint\b[^>]*\bname=[\"']([^\"']+)[\"'][^>]*>\s*<command_interface\b"
+)
 _NAMED_MATERIAL = re.compile(
     r"<material\b[^>]*\bname=\"([^\"]*)\"[^>/]*(?:/>|>(.*?)</material>)",
     re.DOTALL,
@@ -132,6 +136,7 @@ def read_robot(
         _refuse_unknown(values, asked)
         text = re.sub(r"\$\{(\w+)\}", lambda it: known.get(it[1], it[0]), raw)
     text, unseen = _with_meshes(text, path.resolve().parent, packages)
+    text = _with_motors(text)
     return RobotText(
         text,
         tuple(map(Path, files)),
@@ -386,6 +391,30 @@ def _with_meshes(
     if result == plain and not hulls:
         return text, unseen
     return _FILE.sub(absolute, result), unseen
+
+
+def _with_motors(text: str) -> str:
+    """Adds motors for the joints that ros2_control commands, if none has one.
+
+    Drake reads motors from <transmission> alone; without one, an arm would hang
+    down.
+    """
+    moved = {
+        name
+        for block in _CONTROL.findall(text)
+        for name in _COMMANDED.findall(block)
+        if re.search(
+            rf"<joint\b[^>]*\bname=.{re.escape(name)}[\"'][^>]*\btype=", text
+        )
+    }
+    if not moved or "<transmission" in _CONTROL.sub("", text):
+        return text
+    motors = "".join(
+        f'<transmission name="{name}_motor"><type>SimpleTransmission</type>'
+        f'<joint name="{name}"/><actuator name="{name}"/></transmission>'
+        for name in sorted(moved)
+    )
+    return text.replace("</robot>", f"{motors}</robot>")
 
 
 def _mesh_path(name: str, folder: Path, packages: Mapping[str, str]) -> Path:
