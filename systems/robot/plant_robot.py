@@ -59,8 +59,8 @@ from hunav_drake.systems.robot.robot_driver import RobotDriver
 # caster that slides.
 _UNSTATED, _SLIDING = 1.0, CoulombFriction(0.1, 0.1)
 
-# How fast a skid steer corrects its turn rate, in 1/s.
-_TURN_GAIN = 5.0
+# How fast a skid steer corrects its velocity, in 1/s.
+_GAIN = 5.0
 
 # The number of corners of the prism that replaces a cylinder.
 _CORNERS = 64
@@ -160,10 +160,10 @@ def AddPlantRobots(
             plant.RenameModelInstance(models[-1].instance, name)
     floor = AddFloorAndWalls(plant, task.obstacles, robots[0][1].start[:2])
     people = _People(plant, task)
-    _FilterCollisions(plant, scene_graph, models, floor)
     plant.Finalize()
     for model in models:
         _MendShapes(plant, scene_graph, model)
+    _FilterCollisions(plant, scene_graph, models, floor)
     pairs = [
         (
             plant.get_geometry_pose_output_port(),
@@ -221,7 +221,7 @@ def _MakeRobot(
             make_motor_states(plant, model, body.drive),
             period=step,
             needs_heading=isinstance(body.drive, MecanumWheels | PlanarBase),
-            turn_gain=_TURN_GAIN if skids else 0.0,
+            gain=_GAIN if skids else 0.0,
         ),
     )
     state = inner.AddNamedSystem(

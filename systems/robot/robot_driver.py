@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import OMEGA, STATE_SIZE, YAW
+from hunav_drake.systems.common.layout import OMEGA, STATE_SIZE, VX, VY, YAW
 from hunav_drake.systems.robot.disc_step import next_velocity
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
@@ -22,6 +22,9 @@ from hunav_drake.systems.robot.robot_config import RobotLimits
 # the positions that the motors hold, in their order, followed by their speeds.
 # (Motors that hold speeds have no spring, so their positions do not count.)
 MotorStates = Callable[[float, float, float], list[float]]
+
+# How much may be added to speed and turn rate, as parts of their limits.
+_ADDED = (0.1, 0.5)
 
 
 class RobotDriver(LeafSystem):
@@ -38,17 +41,17 @@ class RobotDriver(LeafSystem):
 
     Port ``velocity_command`` takes (v, omega), in m/s and rad/s, and
     ``robot_state`` the row (x, y, yaw, vx, vy, omega, radius) of the robot in
-    W, of which only heading and turn rate count. Every ``period``, speed and
-    turn rate change towards the command within the acceleration limits; the
+    W, of which heading and velocity count. Every ``period``, speed and turn
+    rate change towards the command within the acceleration limits; the
     command itself is clipped to the limits. Port ``desired_state`` gives the
     state that the plant's motors hold from then on: all positions, then all
     speeds, in rad and rad/s, or m and m/s.
 
-    With a ``turn_gain``, the integral of the difference between the turn rate
-    and the actual one is added to it, up to the maximum turn rate.
+    With a ``gain``, the integrals of the differences between speed and turn
+    rate and the actual ones are added to them, up to a part of their limits.
 
     The discrete state holds the output; a second group holds (v, omega), and a
-    third one, with a ``turn_gain``, what is added.
+    third one, with a ``gain``, what is added.
     """
 
     def __init__(
@@ -58,31 +61,33 @@ class RobotDriver(LeafSystem):
         *,
         period: float,
         needs_heading: bool = False,
-        turn_gain: float = 0.0,
+        gain: float = 0.0,
     ) -> None:
         """Constructs a RobotDriver that starts at rest.
 
-        Without `needs_heading` or a `turn_gain`, in 1/s, there is no port
+        Without `needs_heading` or a `gain`, in 1/s, there is no port
         ``robot_state``. `period` is in seconds.
         """
         super().__init__()
         self._limits = np.array(astuple(limits))
         self._motor_states = motor_states
-        self._turn_gain = turn_gain
-        self._most_added = limits.max_turn_rate
+        self._gain = gain
+        self._most_added = np.multiply(
+            _ADDED, [limits.max_speed, limits.max_turn_rate]
+        )
         self._period = period
         self._velocity_command = self.DeclareVectorInputPort(
             "velocity_command", 2
         )
         self._robot_state = (
             self.DeclareVectorInputPort("robot_state", STATE_SIZE)
-            if needs_heading or turn_gain
+            if needs_heading or gain
             else None
         )
         self._motors = self.DeclareDiscreteState(motor_states(0.0, 0.0, 0.0))
         self._speeds = self.DeclareDiscreteState(2)
-        if turn_gain:
-            self._added = self.DeclareDiscreteState(1)
+        if gain:
+            self._added = self.DeclareDiscreteState(2)
         self._desired_state = self.DeclareStateOutputPort(
             "desired_state", self._motors
         )
@@ -116,14 +121,19 @@ class RobotDriver(LeafSystem):
             # The heading in the middle of the step of this command.
             yaw = float(row[YAW])
             yaw += 1.5 * omega * period
-            if self._turn_gain:
-                (added,) = context.get_discrete_state(self._added).value()
-                missing = before[1] - float(row[OMEGA])
-                added += self._turn_gain * period * missing
-                most = self._most_added
-                added = min(max(added, -most), most)
-                discrete_state.set_value(self._added, [added])
-                omega += added
+            if self._gain:
+                ahead = row[VX] * math.cos(row[YAW]) + row[VY] * math.sin(
+                    row[YAW]
+                )
+                missing = before - [ahead, row[OMEGA]]
+                added = context.get_discrete_state(self._added).value()
+                added = np.clip(
+                    added + self._gain * period * missing,
+                    -self._most_added,
+                    self._most_added,
+                )
+                discrete_state.set_value(self._added, added)
+                v, omega = (speeds_after + added).tolist()
         states = self._motor_states(v, omega, yaw)
         discrete_state.set_value(self._motors, states)
         discrete_state.set_value(self._speeds, speeds_after)
