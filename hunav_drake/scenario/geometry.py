@@ -87,7 +87,7 @@ def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
     # Imported here: most scenarios do not need Drake's parser.
     from hunav_drake.systems.common.models import apart, reading
 
-    named: list[tuple[Loc, str, dict[str, str], dict[str, Any]]] = [
+    named: list[tuple[Loc, str, dict[str, str], dict[str, str]]] = [
         (("world", "models", i, "file"), model.file, {}, {})
         for i, model in enumerate(world.models)
     ]

@@ -23,7 +23,7 @@ def try_robot(
     packages: dict[str, str],
     base: str,
     drive: dict[str, Any],
-    arguments: dict[str, Any] | None = None,
+    arguments: dict[str, str] | None = None,
 ) -> None:
     """Drives a robot (see `UrdfRobot`) alone on a floor for two steps.
 

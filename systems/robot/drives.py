@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any
 
-from pydantic import Field, StrictFloat, StrictStr
+from pydantic import Discriminator, Field, StrictFloat, StrictStr, Tag
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.plain_errors import plain_errors
@@ -11,7 +11,11 @@ from hunav_drake.systems.common.registry import Registry
 from hunav_drake.systems.common.schema import CONFIG, within
 
 Name = StrictStr
-Names = Name | Annotated[list[Name], Field(min_length=1)]
+Names = Annotated[
+    Annotated[Name, Tag("one")]
+    | Annotated[list[Name], Field(min_length=1), Tag("list")],
+    Discriminator(lambda it: "list" if isinstance(it, list) else "one"),
+]
 Size = Annotated[StrictFloat, within(0, 100, "m", low_open=True)]
 Torque = Annotated[StrictFloat, within(0, 1e5, "N m", low_open=True)]
 Force = Annotated[StrictFloat, within(0, 1e6, "N", low_open=True)]

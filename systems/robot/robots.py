@@ -4,9 +4,16 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 import dataclasses
 from dataclasses import field
+import json
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import StrictBool, StrictFloat, StrictInt, StrictStr
+from pydantic import (
+    BeforeValidator,
+    StrictBool,
+    StrictFloat,
+    StrictStr,
+    WithJsonSchema,
+)
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.field_docs import explain
@@ -32,6 +39,15 @@ from hunav_drake.systems.robot.robot_config import (
 if TYPE_CHECKING:
     from hunav_drake.systems.robot.plant_model import ModelSource
 
+
+# The value of an argument of xacro: text, or a number or truth value as text.
+Argument = Annotated[
+    StrictStr,
+    BeforeValidator(
+        lambda it: json.dumps(it) if isinstance(it, bool | int | float) else it
+    ),
+    WithJsonSchema({"type": ["string", "number", "boolean"]}),
+]
 
 # A disc larger than the body by more than this is doubtful, in meters.
 _LARGER_DISC = 0.02
@@ -337,9 +353,7 @@ class UrdfRobot(PhysicalRobot):
     given by ROS_PACKAGE_PATH, by the package.xml above the file, and in folders
     beside it and its repository."""
 
-    arguments: dict[
-        StrictStr, StrictStr | StrictBool | StrictInt | StrictFloat
-    ] = field(default_factory=dict)
+    arguments: dict[StrictStr, Argument] = field(default_factory=dict)
     """Values of xacro's arguments, and of environment variables that it asks
     for: no others are read."""
 

@@ -54,7 +54,7 @@ def AddModels(
     plant: MultibodyPlant,
     file: str,
     packages: Mapping[str, str] | None = None,
-    arguments: Mapping[str, Any] | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> list[ModelInstanceIndex]:
     """Adds the models of a file to a plant.
 
@@ -107,7 +107,7 @@ def check_model_file(
     packages: Mapping[str, str],
     function: str,
     *values: Any,
-    arguments: Mapping[str, Any] | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> None:
     """Checks a foreign file before this process reads it.
 
@@ -193,7 +193,7 @@ def AddModelFile(
 def robot_text(
     file: str,
     packages: Mapping[str, str],
-    arguments: Mapping[str, Any] | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> RobotText | None:
     """Returns the URDF of a file, and what it is made of.
 
@@ -209,7 +209,7 @@ def robot_text(
 
 
 def _robot_text(
-    known: PackageMap, path: Path, arguments: Mapping[str, Any] | None
+    known: PackageMap, path: Path, arguments: Mapping[str, str] | None
 ) -> RobotText | None:
     # (Drake downloads its packages when their folders are asked for.)
     names = [it for it in known.GetPackageNames() if it not in DRAKES]
@@ -220,7 +220,7 @@ def _robot_text(
 def check_pictures(
     file: str,
     packages: Mapping[str, str],
-    arguments: Mapping[str, Any] | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> None:
     """Checks that cameras can take pictures of the models of a file.
 
@@ -235,7 +235,7 @@ def try_model_file(
     filename: str,
     packages: dict[str, str],
     is_seen: bool = False,
-    arguments: dict[str, Any] | None = None,
+    arguments: dict[str, str] | None = None,
 ) -> None:
     """Reads a file as a world does, and makes a Context with its shapes.
 

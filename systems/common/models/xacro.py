@@ -104,7 +104,7 @@ def nearby_packages(file: str | Path) -> dict[str, str]:
 
 
 def read_robot(
-    path: Path, packages: Mapping[str, str], arguments: Mapping[str, Any]
+    path: Path, packages: Mapping[str, str], arguments: Mapping[str, str]
 ) -> RobotText | None:
     """Returns the URDF of a file; None if it has another format.
 
@@ -125,7 +125,7 @@ def read_robot(
                 " out",
             )
         return None
-    values = {key: _written(value) for key, value in arguments.items()}
+    values = dict(arguments)
     raw = path.read_text(encoding="utf-8", errors="replace")
     text, files, absent = raw, [str(path)], list[str]()
     if "<xacro:" in raw or path.suffix == ".xacro":
@@ -146,17 +146,13 @@ def read_robot(
     )
 
 
-def _written(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 def _refuse_unknown(values: Mapping[str, str], asked: set[str]) -> None:
     for name in values:
         if name not in asked:
             raise ModelFault(
                 ("arguments", name),
                 f"the file has no argument {shown(name)};"
-                f" {suggestion(name, asked)}",
+                f" {suggestion(name, sorted(asked))}",
             )
 
 
