@@ -163,9 +163,10 @@ class PhysicalRobot(RobotConfig):
         if robot is not None and robot.unseen:
             yield (
                 ("file",),
-                f"has {len(robot.unseen)} meshes that are not there or of a"
-                f" format that Drake cannot show, as {shown(robot.unseen[0])}:"
-                " the collision shapes of their links are shown instead",
+                "has meshes that are not there, or of a format that Drake"
+                f" cannot show ({len(robot.unseen)}, as"
+                f" {shown(robot.unseen[0])}): the collision shapes of their"
+                " links are shown instead",
             )
         if robot is not None and robot.absent:
             yield (

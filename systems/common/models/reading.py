@@ -130,7 +130,7 @@ def check_model_file(
         text = None if robot is None else robot.text
         fault = find_markup_fault(path, text) if path.suffix in _MARKUP else ""
         if robot is not None:
-            content = b"file:" + repr((robot.text, robot.files)).encode()
+            content = robot.text.encode()
     except OSError as error:
         fault = str(error.strerror)
     if fault:

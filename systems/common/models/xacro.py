@@ -285,6 +285,7 @@ def expand(
     # These lead to others, and values of hash() differ from run to run.
     for name in ("type", "vars", "hash"):
         xacro._global_symbols["python"].pop(name, None)
+    xacro.all_includes.clear()
     try:
         document = xacro.process_file(
             file, mappings=(known := Arguments(values)), verbosity=0
