@@ -352,22 +352,22 @@ def _with_meshes(
         return path.suffix.lower() in _SHOWN and path.is_file()
 
     def link(match: re.Match[str]) -> str:
-        shapes = [
-            it[1].replace("\n", " ") for it in _COLLISION.finditer(match[0])
-        ]
+        looks: list[str] = []
 
         def visual(match: re.Match[str]) -> str:
             if is_seen(match[0]):
                 return match[0]
             found = _MATERIAL.search(match[0])
-            look = found[0].replace("\n", " ") if found else ""
-            instead = "".join(
-                f"<visual>{shape}{look}</visual>" for shape in shapes
-            )
-            shapes.clear()
-            return instead + "\n" * match[0].count("\n")
+            looks.append(found[0].replace("\n", " ") if found else "")
+            return "\n" * match[0].count("\n")
 
-        return _VISUAL.sub(visual, match[0])
+        rest = _VISUAL.sub(visual, match[0])
+        instead = "".join(
+            f"<visual>{it[1]}{looks[0]}</visual>".replace("\n", " ")
+            for it in _COLLISION.finditer(rest)
+            if looks
+        )
+        return rest.replace("</link>", f"{instead}</link>")
 
     def absolute(match: re.Match[str]) -> str:
         path = _mesh_path(match[4], folder, packages)

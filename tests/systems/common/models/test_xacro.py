@@ -171,7 +171,7 @@ def test_lines_stay_where_a_visual_is_replaced(tmp_path):
     lines = [it for it in text.splitlines() if not it.startswith("<xacro")]
     bad = "\n".join(lines).replace('radius="0.05"', 'radius="-1"')
     file.write_text(f'<robot name="cart">\n{bad}\n</robot>')
-    with pytest.raises(ModelFault, match=r"robot.urdf:15: radius of <sphere>"):
+    with pytest.raises(ModelFault, match=r"robot.urdf:13: radius of <sphere>"):
         reading.check_model_file(str(file), {}, "os:abort")
 
 
