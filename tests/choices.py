@@ -1,5 +1,7 @@
 """The choices of the package, and what must be given of them."""
 
+from pathlib import Path
+
 import pytest
 
 from hunav_drake.systems.common.registry import Registry
@@ -38,14 +40,33 @@ NEEDED = {
     "polyline": {"points": SQUARE},
     **{kind: {"center": [8.5, 8.5]} for kind in FURNITURE},
     "urdf": {
-        "file": "package://hunav_drake/systems/robot/models/pmb2.sdf",
+        # A car, which any drive moves: that of `carts.py` with steered wheels.
+        "file": str(Path(__file__).parent / "data/car.urdf"),
         "base": "base",
-        "drive": {"type": "omnidirectional", "height": 0.01},
+        "drive": {"type": "omnidirectional", "height": 0.11},
     },
     "differential": {
-        "left_wheel": "left_wheel_joint",
-        "right_wheel": "right_wheel_joint",
+        "left_wheel": "rear_left_wheel",
+        "right_wheel": "rear_right_wheel",
         "wheel_separation": 0.4,
+        "wheel_radius": 0.1,
+    },
+    "ackermann": {
+        "left_wheel": "rear_left_wheel",
+        "right_wheel": "rear_right_wheel",
+        "left_steering": "front_left_wheel_steering",
+        "right_steering": "front_right_wheel_steering",
+        "wheel_radius": 0.1,
+    },
+    "mecanum": {
+        **{
+            name: name
+            for name in (
+                f"{x}_{y}_wheel"
+                for x in ("front", "rear")
+                for y in ("left", "right")
+            )
+        },
         "wheel_radius": 0.1,
     },
 }

@@ -133,6 +133,7 @@ def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page, tmp_path):
     work = tmp_path / "mine"
     (work / "models").mkdir(parents=True)
     (work / "models" / "my_robot.urdf").write_text(ROBOT)
+    shutil.copy(ROOT / "tests/data/car.urdf", work / "models" / "my_car.urdf")
     (tmp_path / "my_robot").mkdir()
     (tmp_path / "my_robot" / "package.xml").write_text("<package/>")
     (work / "rack.sdf").write_text(RACK)

@@ -87,16 +87,17 @@ def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
     # Imported here: most scenarios do not need Drake's parser.
     from hunav_drake.systems.common.models import apart, reading
 
-    named: list[tuple[Loc, str, dict[str, str]]] = [
-        (("world", "models", i, "file"), model.file, {})
+    named: list[tuple[Loc, str, dict[str, str], dict[str, str]]] = [
+        (("world", "models", i, "file"), model.file, {}, {})
         for i, model in enumerate(world.models)
     ]
     if isinstance(robot, PhysicalRobot):
         source = robot.GetModel()
-        named.append((("robot", "file"), source.file, {**source.packages}))
-    for loc, file, packages in named:
+        packages, values = {**source.packages}, {**source.arguments}
+        named.append((("robot", "file"), source.file, packages, values))
+    for loc, file, packages, values in named:
         try:
-            reading.check_pictures(file, packages)
+            reading.check_pictures(file, packages, values)
         except apart.ModelFault as fault:
             yield loc, str(fault)
 

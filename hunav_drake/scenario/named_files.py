@@ -23,6 +23,7 @@ from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.robot import UrdfRobot
 
 _YAML = (".yaml", ".yml")
 _WAVEFRONT = (".obj", ".mtl")
@@ -111,12 +112,38 @@ def named_files(scenario: Scenario) -> list[Path]:
         for text in _free_texts(part):
             if re.search(r"\w", text) and os.path.isdir(here / text):
                 todo += _files_in(here / text)
+    for robot in (it.robot for it in robots):
+        if isinstance(robot, UrdfRobot):
+            todo += _xacro_files(robot, packages)
     while todo:
         path = todo.pop()
         if path not in found:
             found[path] = None
             todo += _named_in(path, packages)
     return sorted(found)
+
+
+def _xacro_files(robot: UrdfRobot, packages: Mapping[str, Path]) -> list[Path]:
+    """Returns the files that a robot's file of xacro includes, and meshes."""
+    # Imported here: most scenarios do not need Drake's parser.
+    from hunav_drake.systems.common.models import apart, reading, xacro
+
+    try:
+        found = reading.robot_text(robot.file, robot.packages, robot.arguments)
+    except apart.ModelFault:
+        found = None
+    if found is None or len(found.files) < 2:
+        return []
+    near = map(xacro.nearby_packages, (robot.file, *found.files))
+    known = {
+        name: Path(folder)
+        for folders in near
+        for name, folder in folders.items()
+    } | {**packages}
+    folder = Path(robot.file).parent
+    named = [it[1] for it in _MARKED[0].finditer(found.text)]
+    meshes = (it for name in named for it in _find(name, [folder], known))
+    return [*(it.resolve() for it in found.files), *meshes]
 
 
 def _texts(data: Any) -> Iterator[str]:

@@ -19,7 +19,11 @@ _STEP, _DURATION, _COMMAND = 0.05, 0.1, (0.1, 0.1)
 
 
 def try_robot(
-    file: str, packages: dict[str, str], base: str, drive: dict[str, Any]
+    file: str,
+    packages: dict[str, str],
+    base: str,
+    drive: dict[str, Any],
+    arguments: dict[str, str] | None = None,
 ) -> None:
     """Drives a robot (see `UrdfRobot`) alone on a floor for two steps.
 
@@ -28,7 +32,11 @@ def try_robot(
         RuntimeError: If Drake cannot simulate it.
     """
     config = UrdfRobot(
-        file=file, packages=packages, base=base, drive=DRIVES.make(drive)
+        file=file,
+        packages=packages,
+        base=base,
+        drive=DRIVES.make(drive),
+        arguments=arguments or {},
     )
     body_reach(config.GetModel(), config.GetDrive())
     builder = DiagramBuilder()

@@ -1,5 +1,6 @@
 """Motorized robot models in a simulated MultibodyPlant."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 import math
 
@@ -18,17 +19,21 @@ from pydrake.multibody.tree import (
 )
 
 from hunav_drake.systems.robot.drives import (
+    AckermannSteering,
     DifferentialWheels,
     DriveConfig,
+    MecanumWheels,
     PlanarBase,
+    WheelDrive,
 )
 from hunav_drake.systems.robot.plant_model import (
     AddModel,
     ModelFacts,
     ModelSource,
+    Wheel,
     inspect_model,
 )
-from hunav_drake.systems.robot.robot_driver import MotorSpeeds
+from hunav_drake.systems.robot.robot_driver import MotorStates
 
 # A motor of the drive holds a speed: it is a damper with these gains, in N m
 # s/rad, or N s/m for linear motors, and with a negligible spring, which Drake
@@ -36,9 +41,16 @@ from hunav_drake.systems.robot.robot_driver import MotorSpeeds
 _WHEEL_DAMPING, _PUSH_DAMPING, _TURN_DAMPING = 10.0, 1e4, 1e3
 _NO_SPRING = 1e-9
 
+# The gain of wheels is this many times larger in models whose joints have
+# damping, which would slow them.
+_AGAINST_JOINTS = 20
+
 # Any other motor holds its joint's start position, with gains in N m/rad and N
 # m s/rad, or in N/m and N s/m.
 _HOLD = PdControllerGains(p=1e4, d=1e3)
+
+# Rubber on the floor carries this part of the weight sideways.
+_GRIP = 0.9 * 9.81
 
 
 @dataclass(frozen=True)
@@ -46,13 +58,15 @@ class DrivenModel:
     """A model with motors in a plant that is not finalized yet.
 
     The body `base` has the pose of the robot; `motors` are the joints of the
-    drive, in the order of their speeds; `signs` are in `ModelFacts`.
+    drive: those of `wheels` (see `ModelFacts`), then those along x, along y and
+    about z, if there are any. A `floats` model is not carried by the floor.
     """
 
     instance: ModelInstanceIndex
     base: RigidBody
     motors: tuple[Joint, ...]
-    signs: tuple[int, ...] = ()
+    wheels: tuple[Wheel, ...] = ()
+    floats: bool = False
 
 
 def AddDrivenModel(
@@ -70,38 +84,93 @@ def AddDrivenModel(
     """
     facts = inspect_model(source, drive)
     instance, base = AddModel(plant, source)
-    motors: list[Joint]
-    if isinstance(drive, DifferentialWheels):
-        names = (drive.left_wheel, drive.right_wheel)
-        motors = [plant.GetJointByName(name, instance) for name in names]
-        limits = [drive.max_torque] * 2
-        dampings = [_WHEEL_DAMPING] * 2
-        _place(plant, instance, facts, start)
-    else:
-        assert isinstance(drive, PlanarBase), "inspect_model checks this"
-        if drive.x:
-            motors = [
+    motors: list[Joint] = [
+        plant.GetJointByName(wheel.joint, instance) for wheel in facts.wheels
+    ]
+    limits, dampings = [], []
+    if isinstance(drive, WheelDrive):
+        limits = [
+            math.inf if wheel.is_steered else drive.max_torque
+            for wheel in facts.wheels
+        ]
+        joints = map(plant.get_joint, plant.GetJointIndices(instance))
+        resists = any(
+            isinstance(it, RevoluteJoint) and it.default_damping() > 0
+            for it in joints
+        )
+        damping = _WHEEL_DAMPING * (_AGAINST_JOINTS if resists else 1)
+        dampings = [damping] * len(motors)
+    if isinstance(drive, MecanumWheels | PlanarBase):
+        stages: list[Joint]
+        if isinstance(drive, PlanarBase) and drive.x:
+            stages = [
                 plant.GetJointByName(name, instance)
                 for name in (drive.x, drive.y, drive.yaw)
             ]
         else:
-            motors = _AddStages(plant, base, instance, drive.height)
-        for joint, value in zip(motors, start, strict=True):
+            stages = _AddStages(plant, base, instance, facts.height)
+        for joint, value in zip(stages, start, strict=True):
             joint.set_default_positions([value])
-        limits = [drive.max_force, drive.max_force, drive.max_torque]
-        dampings = [_PUSH_DAMPING, _PUSH_DAMPING, _TURN_DAMPING]
+        motors += stages
+        force, torque = _forces(drive, facts)
+        limits += [force, force, torque]
+        dampings += [_PUSH_DAMPING, _PUSH_DAMPING, _TURN_DAMPING]
+    else:
+        _place(plant, instance, facts, start)
     known = _actuators(plant, instance)
     for actuator in known.values():
         actuator.set_controller_gains(_HOLD)
+    steered = {wheel.joint for wheel in facts.wheels if wheel.is_steered}
     for joint, limit, damping in zip(motors, limits, dampings, strict=True):
         actuator = known.get(joint.name())
         if actuator is None:
             actuator = plant.AddJointActuator(joint.name(), joint, limit)
         actuator.set_effort_limit(min(limit, actuator.effort_limit()))
         actuator.set_controller_gains(
-            PdControllerGains(p=_NO_SPRING, d=damping)
+            _HOLD
+            if joint.name() in steered
+            else PdControllerGains(p=_NO_SPRING, d=damping)
         )
-    return DrivenModel(instance, base, tuple(motors), facts.signs)
+    floats = isinstance(drive, MecanumWheels)
+    return DrivenModel(instance, base, tuple(motors), facts.wheels, floats)
+
+
+def _arms(drive: WheelDrive, wheels: tuple[Wheel, ...]) -> list[float]:
+    """Returns by how much turning to the left slows the rim of each wheel.
+
+    It is in m/s per rad/s: for a wheel that only rolls, how far it is to the
+    left; a mecanum wheel ahead or behind is as much faster. Wheels of a skid
+    steer slip sideways: with equal loads, and no torque left about the middle,
+    the rims need (x² + y²) / |y|, with places from the middle of the wheels.
+    """
+    if isinstance(drive, DifferentialWheels):
+        half = drive.wheel_separation / 2
+        xs = [wheel.place[0] for wheel in wheels]
+        middle = sum(xs) / len(xs)
+        if drive.skids:
+            half += sum((x - middle) ** 2 for x in xs) / len(xs) / half
+        return [
+            half if wheel.setting == "left_wheel" else -half for wheel in wheels
+        ]
+    if isinstance(drive, MecanumWheels):
+        return [
+            math.copysign(abs(x) + abs(y), y)
+            for x, y, _ in (wheel.place for wheel in wheels)
+        ]
+    return [wheel.place[1] for wheel in wheels]
+
+
+def _forces(
+    drive: MecanumWheels | PlanarBase, facts: ModelFacts
+) -> tuple[float, float]:
+    """Returns the largest force, in N, and torque, in N m, on the base."""
+    if isinstance(drive, PlanarBase):
+        return drive.max_force, drive.max_torque
+    arms = list(map(abs, _arms(drive, facts.wheels)))
+    force = min(
+        len(arms) * drive.max_torque / drive.wheel_radius, _GRIP * facts.mass
+    )
+    return force, force * sum(arms) / len(arms)
 
 
 def _place(
@@ -156,13 +225,12 @@ def _actuators(
     }
 
 
-def make_motor_speeds(
+def make_motor_states(
     plant: MultibodyPlant, model: DrivenModel, drive: DriveConfig
-) -> tuple[MotorSpeeds, list[float]]:
+) -> MotorStates:
     """Returns the commands of all motors of a model in a finalized plant.
 
-    These are the function of `RobotDriver` that gives the speeds of all motors,
-    in the order of the plant's port, and the positions that they hold.
+    It is the function of `RobotDriver`, in the order of the plant's port.
     """
     actuators = [
         plant.get_joint_actuator(index)
@@ -173,29 +241,84 @@ def make_motor_speeds(
     driven = [names.index(joint.name()) for joint in model.motors]
     for k in driven:
         places[k] = 0.0
-    count = len(names)
-    if isinstance(drive, DifferentialWheels):
-        left, right = driven
-        left_sign, right_sign = model.signs
-        radius, half = drive.wheel_radius, drive.wheel_separation / 2
-        fastest = drive.max_wheel_speed * radius
+    still = [0.0] * len(names)
+    rolling: list[tuple[int, int, float]] = []
+    radius, fastest, widest = 1.0, math.inf, 0.0
+    if isinstance(drive, WheelDrive):
+        radius, fastest = drive.wheel_radius, drive.max_wheel_speed
+        fastest *= radius
+        rolling = [
+            (k, wheel.sign, arm)
+            for k, wheel, arm in zip(
+                driven, model.wheels, _arms(drive, model.wheels), strict=False
+            )
+            if not wheel.is_steered
+        ]
+        widest = max(abs(arm) for _, _, arm in rolling)
+    steer = _make_steering(plant, model, drive, driven)
+    planar = driven[len(model.wheels) :]
 
-        def wheels(v: float, omega: float, yaw: float) -> list[float]:
-            """Scales both wheels equally, which keeps the curvature."""
-            rim = abs(v) + half * abs(omega)
-            scale = min(1.0, fastest / rim) / radius if rim else 0.0
-            speeds = [0.0] * count
-            speeds[left] = left_sign * scale * (v - half * omega)
-            speeds[right] = right_sign * scale * (v + half * omega)
-            return speeds
+    def states(v: float, omega: float, yaw: float) -> list[float]:
+        """Scales all motors equally, which keeps the curvature."""
+        angles, omega = steer(v, omega)
+        rim = abs(v) + widest * abs(omega)
+        limit = min(1.0, fastest / rim) if rim else 0.0
+        scale = limit / radius
+        speeds = still.copy()
+        for k, sign, arm in rolling:
+            speeds[k] = sign * scale * (v - arm * omega)
+        if planar:
+            v, omega = limit * v, limit * omega
+            values = v * math.cos(yaw), v * math.sin(yaw), omega
+            for k, value in zip(planar, values, strict=True):
+                speeds[k] = value
+        held = places
+        if angles:
+            held = places.copy()
+            for k, angle in angles:
+                held[k] = angle
+        return [*held, *speeds]
 
-        return wheels, places
+    return states
 
-    def planar(v: float, omega: float, yaw: float) -> list[float]:
-        speeds = [0.0] * count
-        speeds[driven[0]] = v * math.cos(yaw)
-        speeds[driven[1]] = v * math.sin(yaw)
-        speeds[driven[2]] = omega
-        return speeds
 
-    return planar, places
+def _make_steering(
+    plant: MultibodyPlant,
+    model: DrivenModel,
+    drive: DriveConfig,
+    driven: list[int],
+) -> Callable[[float, float], tuple[list[tuple[int, float]], float]]:
+    """Returns a function of (v, omega) to angles of joints, and a turn rate.
+
+    The turn rate is that which the steering allows at this speed.
+    """
+    if not isinstance(drive, AckermannSteering):
+        return lambda v, omega: ([], omega)
+    wheels = list(zip(driven, model.wheels, strict=True))
+    steered = [(k, wheel) for k, wheel in wheels if wheel.is_steered]
+    axle = [wheel.place[0] for _, wheel in wheels if not wheel.is_steered]
+    rear = sum(axle) / len(axle)
+    # The curvature at which the inner wheel is at its limit.
+    sharpest = math.inf
+    for _, wheel in steered:
+        joint = plant.GetJointByName(wheel.joint, model.instance)
+        (low,), (high,) = (
+            joint.position_lower_limits(),
+            joint.position_upper_limits(),
+        )
+        angle = min(drive.max_steering_angle, -low, high)
+        x, y, _ = wheel.place
+        sharpest = min(sharpest, 1 / ((x - rear) / math.tan(angle) + abs(y)))
+
+    def steer(v: float, omega: float) -> tuple[list[tuple[int, float]], float]:
+        limit = abs(v) * sharpest
+        omega = min(max(omega, -limit), limit)
+        curvature = omega / v if v else 0.0
+        angles = []
+        for k, wheel in steered:
+            x, y, _ = wheel.place
+            slope = curvature * (x - rear) / (1 - curvature * y)
+            angles.append((k, wheel.sign * math.atan(slope)))
+        return angles, omega
+
+    return steer

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +27,11 @@ from hunav_drake.systems.common.models.reading import (
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.robot.drives import (
-    DifferentialWheels,
+    AckermannSteering,
     DriveConfig,
+    MecanumWheels,
     PlanarBase,
+    WheelDrive,
 )
 
 
@@ -42,11 +45,13 @@ class ModelSource:
         base: The body with the position and heading of the robot.
         packages: Folders of packages by name, in addition to those given by
             ROS_PACKAGE_PATH and by the package.xml above the file.
+        arguments: The values of xacro's arguments.
     """
 
     file: str
     base: str
     packages: Mapping[str, str] = field(default_factory=dict)
+    arguments: Mapping[str, str] = field(default_factory=dict)
 
 
 def AddModel(
@@ -57,7 +62,7 @@ def AddModel(
     Raises:
         ModelFault: If there is no such file, model or body.
     """
-    instances = AddModels(plant, source.file, source.packages)
+    instances = AddModels(plant, source.file, source.packages, source.arguments)
     names = []
     for instance in instances:
         for index in plant.GetBodyIndices(instance):
@@ -72,20 +77,42 @@ def AddModel(
     )
 
 
+class Wheel(NamedTuple):
+    """A joint of a drive: a driven wheel, or one that is steered.
+
+    Attributes:
+        joint: Its name.
+        setting: The setting of the drive that names it.
+        place: (x, y, z) in the base, in meters.
+        sign: 1 if a positive joint rate drives forwards, or to the left,
+            else -1.
+    """
+
+    joint: str
+    setting: str
+    place: tuple[float, float, float]
+    sign: int
+
+    @property
+    def is_steered(self) -> bool:
+        """Whether the joint steers a wheel."""
+        return self.setting.endswith("_steering")
+
+
 @dataclass(frozen=True)
 class ModelFacts:
     """The properties of a checked model.
 
     `root` is the root body R of the model, empty if the world carries it;
-    `height` that of the base B above the floor, in meters. `signs` has for each
-    wheel 1 if a positive joint rate drives forwards, else -1; it is empty for
-    other drives.
+    `height` that of the base B above the floor, in meters; `mass` in kg.
+    `wheels` is empty for a `PlanarBase`.
     """
 
     root: str
     X_RB: RigidTransform
     height: float
-    signs: tuple[int, ...] = ()
+    mass: float
+    wheels: tuple[Wheel, ...] = ()
 
 
 def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
@@ -94,13 +121,14 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
     Raises:
         ModelFault: If it cannot.
     """
-    if isinstance(drive, DifferentialWheels | PlanarBase):
+    if isinstance(drive, WheelDrive | PlanarBase):
         check_model_file(
             source.file,
             source.packages,
             "hunav_drake.systems.robot.attempt:try_robot",
             source.base,
             {"type": name_of(drive), **asdict(drive)},
+            arguments=source.arguments,
         )
     plant = MultibodyPlant(time_step=0.0)
     instance, base = AddModel(plant, source)
@@ -111,7 +139,8 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
     root = _root_of(base, list(joints.values()))
     _finalize(plant)
     context = plant.CreateDefaultContext()
-    if not plant.CalcTotalMass(context, [instance]) > 0:
+    mass = plant.CalcTotalMass(context, [instance])
+    if not mass > 0:
         raise ModelFault(
             ("file",),
             "has no mass, so no motor can drive it; give its links inertias",
@@ -124,8 +153,8 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
                 f"has the joint {shown(joint.name())} that carries the world;"
                 " give it a link of the robot as its child",
             )
-    signs: tuple[int, ...] = ()
-    if isinstance(drive, DifferentialWheels):
+    wheels: tuple[Wheel, ...] = ()
+    if isinstance(drive, WheelDrive):
         if root is world:
             raise ModelFault(
                 ("base",),
@@ -139,19 +168,18 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
                 f"{shown(source.base)} moves relative to {shown(root.name())},"
                 f" which carries it; choose {shown(root.name())}",
             )
-        height, signs = _check_wheels(plant, context, base, joints, drive)
+        if isinstance(drive, MecanumWheels):
+            _check_root(root, base)
+        wheels = _check_wheels(plant, context, base, joints, drive)
+        height = drive.wheel_radius - float(
+            np.mean([it.place[2] for it in wheels if not it.is_steered])
+        )
     elif isinstance(drive, PlanarBase) and (drive.x or drive.y or drive.yaw):
         _check_stages(plant, context, base, joints, drive)
         height = 0.0
     elif isinstance(drive, PlanarBase):
         height = drive.height
-        if root is not base:
-            raise ModelFault(
-                ("base",),
-                f"{shown(source.base)} is carried by {shown(root.name())}, so"
-                " no motors can be added below it; choose the body that"
-                " nothing carries, or name the joints x, y and yaw",
-            )
+        _check_root(root, base)
     else:
         raise ModelFault(
             ("drive",), f"must be one of the package, got {drive!r:.60}"
@@ -162,7 +190,8 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             context, root.body_frame(), base.body_frame()
         ),
         height=height,
-        signs=signs,
+        mass=mass,
+        wheels=wheels,
     )
 
 
@@ -206,50 +235,103 @@ def _joint(
     return joints[name]
 
 
+def _check_root(root: RigidBody, base: RigidBody) -> None:
+    if root is not base:
+        raise ModelFault(
+            ("base",),
+            f"{shown(base.name())} is carried by {shown(root.name())}, so no"
+            " motors can be added below it; choose the body that nothing"
+            " carries, or, of an omnidirectional drive, name the joints x, y"
+            " and yaw",
+        )
+
+
 def _check_wheels(
     plant: MultibodyPlant,
     context: Context,
     base: RigidBody,
     joints: Mapping[str, Joint],
-    drive: DifferentialWheels,
-) -> tuple[float, tuple[int, ...]]:
-    """Returns the height of the base above the floor and the wheels' signs."""
-    if drive.left_wheel == drive.right_wheel:
-        raise ModelFault(
-            ("drive", "right_wheel"),
-            f"must be another joint than left_wheel, got"
-            f" {shown(drive.right_wheel)}",
-        )
-    places, signs = [], []
-    for key in ("left_wheel", "right_wheel"):
-        joint = _joint(joints, key, getattr(drive, key), RevoluteJoint)
-        p_BW = plant.CalcRelativeTransform(
-            context, base.body_frame(), joint.frame_on_child()
-        ).translation()
-        places.append(p_BW)
-        X_BF = plant.CalcRelativeTransform(
-            context, base.body_frame(), joint.frame_on_parent()
-        )
-        axis = X_BF.rotation().multiply(joint.revolute_axis())
-        if abs(axis[1]) < 0.999:
+    drive: WheelDrive,
+) -> tuple[Wheel, ...]:
+    """Returns the driven wheels, then the joints that steer."""
+    wheels: dict[str, Wheel] = {}
+    for key, names in drive.joints().items():
+        for name in names:
+            if name in wheels:
+                raise ModelFault(
+                    ("drive", key),
+                    f"must be another joint than {wheels[name].setting}, got"
+                    f" {shown(name)}",
+                )
+            joint = _joint(joints, key, name, RevoluteJoint)
+            wheels[name] = _wheel(plant, context, base, joint, key)
+    every = tuple(wheels.values())
+
+    def places(key: str, axis: int) -> list[float]:
+        return [it.place[axis] for it in every if it.setting == key]
+
+    for key in drive.joints():
+        other = key.replace("left", "right")
+        if "left" not in key:
+            continue
+        left, right = min(places(key, 1)), max(places(other, 1))
+        if not left > right:
             raise ModelFault(
                 ("drive", key),
-                f"must turn about the y axis of {shown(base.name())}, but the"
-                f" axis of {shown(joint.name())} is"
-                f" {np.round(axis, 3).tolist()} there; choose a base whose x"
-                " points forwards, or another joint",
+                "must be left of the right one, seen along x of"
+                f" {shown(base.name())}, but is at y = {left:g} m and that at"
+                f" {right:g} m; swap them, or choose a base whose x points"
+                " forwards",
             )
-        signs.append(1 if axis[1] > 0 else -1)
-    if not places[0][1] > places[1][1]:
-        raise ModelFault(
-            ("drive", "left_wheel"),
-            f"must be left of the right one, seen along x of"
-            f" {shown(base.name())}, but is at y = {places[0][1]:g} m and that"
-            f" at {places[1][1]:g} m; swap them, or choose a base whose x"
-            " points forwards",
+        rear = key.replace("front", "rear")
+        if rear != key and not min(places(key, 0)) > max(places(rear, 0)):
+            raise ModelFault(
+                ("drive", key),
+                f"must be ahead of {rear}, along x of {shown(base.name())};"
+                " swap them, or choose a base whose x points forwards",
+            )
+    if isinstance(drive, AckermannSteering):
+        driven, steered = (
+            [it.place[0] for it in every if it.is_steered is flag]
+            for flag in (False, True)
         )
-    lowest: float = np.mean([p_BW[2] for p_BW in places]).item()
-    return drive.wheel_radius - lowest, tuple(signs)
+        if min(steered) < max(driven) + 0.01:
+            raise ModelFault(
+                ("drive", "left_steering"),
+                "must be ahead of the driven wheels, which do not turn, along x"
+                f" of {shown(base.name())}, but is at x = {min(steered):g} m"
+                f" and those at {max(driven):g} m; swap them, or choose a base"
+                " whose x points forwards",
+            )
+    return every
+
+
+def _wheel(
+    plant: MultibodyPlant,
+    context: Context,
+    base: RigidBody,
+    joint: Joint,
+    key: str,
+) -> Wheel:
+    """Returns a driven or steered wheel after a check of its axis."""
+    axis_name, axis_index = ("z", 2) if key.endswith("_steering") else ("y", 1)
+    p_BW = plant.CalcRelativeTransform(
+        context, base.body_frame(), joint.frame_on_child()
+    ).translation()
+    X_BF = plant.CalcRelativeTransform(
+        context, base.body_frame(), joint.frame_on_parent()
+    )
+    axis = X_BF.rotation().multiply(joint.revolute_axis())
+    if abs(axis[axis_index]) < 0.999:
+        raise ModelFault(
+            ("drive", key),
+            f"must turn about the {axis_name} axis of {shown(base.name())}, but"
+            f" the axis of {shown(joint.name())} is"
+            f" {np.round(axis, 3).tolist()} there; choose a base whose x points"
+            " forwards, or another joint",
+        )
+    place = (float(p_BW[0]), float(p_BW[1]), float(p_BW[2]))
+    return Wheel(joint.name(), key, place, 1 if axis[axis_index] > 0 else -1)
 
 
 def _check_stages(

@@ -10,16 +10,21 @@ from pydrake.geometry import (
     Capsule,
     CollisionFilterDeclaration,
     Cylinder,
+    Ellipsoid,
+    GeometryId,
     GeometrySet,
+    ProximityProperties,
+    RoleAssign,
     SceneGraph,
     Sphere,
 )
 from pydrake.multibody.plant import (
     ContactModel,
+    CoulombFriction,
     DiscreteContactApproximation,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
 from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
@@ -31,9 +36,14 @@ from hunav_drake.systems.robot.body_state import BodyState
 from hunav_drake.systems.robot.driven_model import (
     AddDrivenModel,
     DrivenModel,
-    make_motor_speeds,
+    make_motor_states,
 )
-from hunav_drake.systems.robot.drives import DriveConfig, PlanarBase
+from hunav_drake.systems.robot.drives import (
+    DifferentialWheels,
+    DriveConfig,
+    MecanumWheels,
+    PlanarBase,
+)
 from hunav_drake.systems.robot.plant_contacts import PlantContacts
 from hunav_drake.systems.robot.plant_model import ModelSource
 from hunav_drake.systems.robot.plant_people import (
@@ -44,6 +54,13 @@ from hunav_drake.systems.robot.plant_people import (
 from hunav_drake.systems.robot.plant_walls import AddFloorAndWalls
 from hunav_drake.systems.robot.robot_config import RobotConfig, RobotTask
 from hunav_drake.systems.robot.robot_driver import RobotDriver
+
+# The friction that Drake's parser takes where a file gives none, and that of a
+# caster that slides.
+_UNSTATED, _SLIDING = 1.0, CoulombFriction(0.1, 0.1)
+
+# How fast a skid steer corrects its velocity, in 1/s.
+_GAIN = 5.0
 
 # The number of corners of the prism that replaces a cylinder.
 _CORNERS = 64
@@ -141,10 +158,12 @@ def AddPlantRobots(
         )
         if len(robots) > 1:
             plant.RenameModelInstance(models[-1].instance, name)
-    AddFloorAndWalls(plant, task.obstacles, robots[0][1].start[:2])
+    floor = AddFloorAndWalls(plant, task.obstacles, robots[0][1].start[:2])
     people = _People(plant, task)
-    _FilterCollisions(plant, scene_graph, [it.instance for it in models])
     plant.Finalize()
+    for model in models:
+        _MendShapes(plant, scene_graph, model)
+    _FilterCollisions(plant, scene_graph, models, floor)
     pairs = [
         (
             plant.get_geometry_pose_output_port(),
@@ -193,14 +212,16 @@ def _MakeRobot(
 ) -> Diagram:
     """Makes the systems of a robot in a finalized plant."""
     step = plant.time_step()
+    skids = isinstance(body.drive, DifferentialWheels) and body.drive.skids
     inner = DiagramBuilder()
     driver = inner.AddNamedSystem(
         "driver",
         RobotDriver(
             config.limits,
-            *make_motor_speeds(plant, model, body.drive),
+            make_motor_states(plant, model, body.drive),
             period=step,
-            needs_heading=isinstance(body.drive, PlanarBase),
+            needs_heading=isinstance(body.drive, MecanumWheels | PlanarBase),
+            gain=_GAIN if skids else 0.0,
         ),
     )
     state = inner.AddNamedSystem(
@@ -355,12 +376,62 @@ def _reach(
     return reach
 
 
+def _MendShapes(
+    plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
+) -> None:
+    """Makes wheels roll, and supports slide, as they do on real floors.
+
+    Cylinders that roll become ellipsoids: the one point at which Drake lets a
+    cylinder touch the floor is at one of its ends, and that of a wheel is in
+    its middle. What is fixed to a base on wheels gets a low friction, unless
+    the file gives one: in files of robots it is a caster's stand-in.
+    """
+    source = plant.get_source_id()
+    inspector = scene_graph.model_inspector()
+    context = plant.CreateDefaultContext()
+    for index in plant.GetJointIndices(model.instance):
+        joint = plant.get_joint(index)
+        if not isinstance(joint, RevoluteJoint):
+            continue
+        wheel = joint.child_body()
+        R_BW, R_BC = (
+            plant.CalcRelativeRotationMatrix(
+                context, model.base.body_frame(), frame
+            )
+            for frame in (joint.frame_on_parent(), wheel.body_frame())
+        )
+        axis = R_BW.multiply(joint.revolute_axis())
+        for geometry in plant.GetCollisionGeometriesForBody(wheel):
+            shape = inspector.GetShape(geometry)
+            along = R_BC.multiply(
+                inspector.GetPoseInFrame(geometry).rotation().matrix()[:, 2]
+            )
+            flat = abs(axis[2]) < 0.1 and abs(axis @ along) > 0.99
+            if isinstance(shape, Cylinder) and flat:
+                r, half = shape.radius(), shape.length() / 2
+                scene_graph.ChangeShape(source, geometry, Ellipsoid(r, r, half))
+    for body in plant.GetBodiesWeldedTo(model.base) if model.wheels else ():
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            properties = inspector.GetProximityProperties(geometry)
+            found = properties.GetProperty("material", "coulomb_friction")
+            if found.static_friction() == _UNSTATED:
+                properties = ProximityProperties(properties)
+                properties.UpdateProperty(
+                    "material", "coulomb_friction", _SLIDING
+                )
+                scene_graph.AssignRole(
+                    source, geometry, properties, RoleAssign.kReplace
+                )
+
+
 def _FilterCollisions(
     plant: MultibodyPlant,
     scene_graph: SceneGraph,
-    robots: Sequence[ModelInstanceIndex],
+    robots: Sequence[DrivenModel],
+    floor: GeometryId,
 ) -> None:
     """Keeps only the contacts of each robot with everything else."""
+    world = GeometrySet(plant.GetCollisionGeometriesForBody(plant.world_body()))
 
     def shapes(instance: ModelInstanceIndex) -> GeometrySet:
         bodies = map(plant.get_body, plant.GetBodyIndices(instance))
@@ -374,12 +445,11 @@ def _FilterCollisions(
 
     without = CollisionFilterDeclaration()
     for robot in robots:
-        without.ExcludeWithin(shapes(robot))
+        without.ExcludeWithin(shapes(robot.instance))
+        if robot.floats:
+            without.ExcludeBetween(shapes(robot.instance), GeometrySet([floor]))
     if plant.HasModelInstanceNamed(PEOPLE):
         people = shapes(plant.GetModelInstanceByName(PEOPLE))
-        world = GeometrySet(
-            plant.GetCollisionGeometriesForBody(plant.world_body())
-        )
         without.ExcludeWithin(people)
         without.ExcludeBetween(people, world)
     scene_graph.collision_filter_manager().Apply(without)

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder
+from pydrake.geometry import Box, Cylinder, GeometryId
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 
@@ -26,15 +26,16 @@ _FLOOR_SIZE, _FLOOR_THICKNESS = 20e3, 10.0
 
 def AddFloorAndWalls(
     plant: MultibodyPlant, obstacles: Obstacles, middle: tuple[float, float]
-) -> None:
+) -> GeometryId:
     """Adds the floor at z = 0 and an upright box for each wall segment.
 
     A round solid is a cylinder. The floor ends 10 km from `middle`, (x, y) in
     W, in meters. Solids have their surface at their outline; a line is 2 mm
-    thick. The plant is registered with a SceneGraph and not finalized yet.
+    thick. The plant is registered with a SceneGraph and not finalized yet. The
+    floor is returned.
     """
     world = plant.world_body()
-    plant.RegisterCollisionGeometry(
+    floor: GeometryId = plant.RegisterCollisionGeometry(
         world,
         RigidTransform([*middle, -_FLOOR_THICKNESS / 2]),
         Box(_FLOOR_SIZE, _FLOOR_SIZE, _FLOOR_THICKNESS),
@@ -81,6 +82,7 @@ def AddFloorAndWalls(
                 _WALL_FRICTION,
             )
             count += 1
+    return floor
 
 
 def _area(segments: Array) -> float:

@@ -14,13 +14,17 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import STATE_SIZE, YAW
+from hunav_drake.systems.common.layout import OMEGA, STATE_SIZE, VX, VY, YAW
 from hunav_drake.systems.robot.disc_step import next_velocity
 from hunav_drake.systems.robot.robot_config import RobotLimits
 
 # A function from a speed v in m/s, a turn rate in rad/s and a heading in rad to
-# the speeds of the motors, in their order.
-MotorSpeeds = Callable[[float, float, float], list[float]]
+# the positions that the motors hold, in their order, followed by their speeds.
+# (Motors that hold speeds have no spring, so their positions do not count.)
+MotorStates = Callable[[float, float, float], list[float]]
+
+# How much may be added to speed and turn rate, as parts of their limits.
+_ADDED = (0.1, 0.5)
 
 
 class RobotDriver(LeafSystem):
@@ -31,53 +35,59 @@ class RobotDriver(LeafSystem):
         name: RobotDriver
         input_ports:
         - velocity_command
-        - robot_state (for drives that depend on the heading)
+        - robot_state (for drives that depend on it)
         output_ports:
         - desired_state
 
     Port ``velocity_command`` takes (v, omega), in m/s and rad/s, and
     ``robot_state`` the row (x, y, yaw, vx, vy, omega, radius) of the robot in
-    W, of which only the heading counts. Every ``period``, speed and turn rate
-    change towards the command within the acceleration limits; the command
-    itself is clipped to the limits. Port ``desired_state`` gives the state that
-    the plant's motors hold from then on: all positions, then all speeds, in rad
-    and rad/s, or m and m/s.
+    W, of which heading and velocity count. Every ``period``, speed and turn
+    rate change towards the command within the acceleration limits; the
+    command itself is clipped to the limits. Port ``desired_state`` gives the
+    state that the plant's motors hold from then on: all positions, then all
+    speeds, in rad and rad/s, or m and m/s.
 
-    The discrete state holds the output; a second group holds (v, omega).
+    With a ``gain``, the integrals of the differences between speed and turn
+    rate and the actual ones are added to them, up to a part of their limits.
+
+    The discrete state holds the output; a second group holds (v, omega), and a
+    third one, with a ``gain``, what is added.
     """
 
     def __init__(
         self,
         limits: RobotLimits,
-        motor_speeds: MotorSpeeds,
-        held_places: list[float],
+        motor_states: MotorStates,
         *,
         period: float,
         needs_heading: bool = False,
+        gain: float = 0.0,
     ) -> None:
         """Constructs a RobotDriver that starts at rest.
 
-        `held_places` are the positions that all motors hold. Motors of the
-        drive hold speeds and have no spring, so theirs do not count. Without
-        `needs_heading` there is no port ``robot_state``. `period` is in
-        seconds.
+        Without `needs_heading` or a `gain`, in 1/s, there is no port
+        ``robot_state``. `period` is in seconds.
         """
         super().__init__()
         self._limits = np.array(astuple(limits))
-        self._motor_speeds = motor_speeds
-        self._held_places = list(held_places)
+        self._motor_states = motor_states
+        self._gain = gain
+        self._most_added = np.multiply(
+            _ADDED, [limits.max_speed, limits.max_turn_rate]
+        )
         self._period = period
         self._velocity_command = self.DeclareVectorInputPort(
             "velocity_command", 2
         )
         self._robot_state = (
             self.DeclareVectorInputPort("robot_state", STATE_SIZE)
-            if needs_heading
+            if needs_heading or gain
             else None
         )
-        speeds = motor_speeds(0.0, 0.0, 0.0)
-        self._motors = self.DeclareDiscreteState([*held_places, *speeds])
+        self._motors = self.DeclareDiscreteState(motor_states(0.0, 0.0, 0.0))
         self._speeds = self.DeclareDiscreteState(2)
+        if gain:
+            self._added = self.DeclareDiscreteState(2)
         self._desired_state = self.DeclareStateOutputPort(
             "desired_state", self._motors
         )
@@ -107,11 +117,25 @@ class RobotDriver(LeafSystem):
             return
         yaw = 0.0
         if self._robot_state is not None:
+            row = self._robot_state.Eval(context)
             # The heading in the middle of the step of this command.
-            yaw = float(self._robot_state.Eval(context)[YAW])
+            yaw = float(row[YAW])
             yaw += 1.5 * omega * period
-        speeds = self._motor_speeds(v, omega, yaw)
-        discrete_state.set_value(self._motors, [*self._held_places, *speeds])
+            if self._gain:
+                ahead = row[VX] * math.cos(row[YAW]) + row[VY] * math.sin(
+                    row[YAW]
+                )
+                missing = before - [ahead, row[OMEGA]]
+                added = context.get_discrete_state(self._added).value()
+                added = np.clip(
+                    added + self._gain * period * missing,
+                    -self._most_added,
+                    self._most_added,
+                )
+                discrete_state.set_value(self._added, added)
+                v, omega = (speeds_after + added).tolist()
+        states = self._motor_states(v, omega, yaw)
+        discrete_state.set_value(self._motors, states)
         discrete_state.set_value(self._speeds, speeds_after)
 
 

@@ -2,10 +2,18 @@
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+import dataclasses
 from dataclasses import field
+import json
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import StrictBool, StrictFloat, StrictStr
+from pydantic import (
+    BeforeValidator,
+    StrictBool,
+    StrictFloat,
+    StrictStr,
+    WithJsonSchema,
+)
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.field_docs import explain
@@ -15,6 +23,7 @@ from hunav_drake.systems.common.schema import (
     FilePath,
     within,
 )
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.robot.drives import (
     DRIVES,
     DifferentialWheels,
@@ -22,6 +31,7 @@ from hunav_drake.systems.robot.drives import (
 )
 from hunav_drake.systems.robot.robot_config import (
     RobotConfig,
+    RobotLimits,
     RobotTask,
     register_robot,
 )
@@ -29,6 +39,15 @@ from hunav_drake.systems.robot.robot_config import (
 if TYPE_CHECKING:
     from hunav_drake.systems.robot.plant_model import ModelSource
 
+
+# The value of an argument of xacro: text, or a number or truth value as text.
+Argument = Annotated[
+    StrictStr,
+    BeforeValidator(
+        lambda it: json.dumps(it) if isinstance(it, bool | int | float) else it
+    ),
+    WithJsonSchema({"type": ["string", "number", "boolean"]}),
+]
 
 # A disc larger than the body by more than this is doubtful, in meters.
 _LARGER_DISC = 0.02
@@ -126,7 +145,8 @@ class PhysicalRobot(RobotConfig):
             yield fault.place, str(fault)
 
     def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Yields a doubt if the disc is larger than the body."""
+        """Yields doubts: a disc larger than the body, meshes not shown."""
+        from hunav_drake.systems.common.models.reading import robot_text
         from hunav_drake.systems.robot.plant_robot import body_reach
 
         reach = body_reach(self.GetModel(), self.GetDrive(), self.start)
@@ -137,6 +157,23 @@ class PhysicalRobot(RobotConfig):
                 f" reach only {reach:.3g} m from its base: people are moved off"
                 " the disc without a force on the robot; for forces that count,"
                 f" set it to {reach:.3g}",
+            )
+        source = self.GetModel()
+        robot = robot_text(source.file, source.packages, source.arguments)
+        if robot is not None and robot.unseen:
+            yield (
+                ("file",),
+                "has meshes that are not there, or of a format that Drake"
+                f" cannot show ({len(robot.unseen)}, as"
+                f" {shown(robot.unseen[0])}): the collision shapes of their"
+                " links are shown instead",
+            )
+        if robot is not None and robot.absent:
+            yield (
+                ("file",),
+                "includes files of packages that are not there, which are left"
+                f" out: {', '.join(robot.absent)}; if the robot lacks a part,"
+                " name their folders under packages",
             )
 
 
@@ -168,37 +205,139 @@ def AddPhysicalRobots(
     return AddPlantRobots(builder, bodies, task)
 
 
-@register_robot("pmb2")
-@dataclass(kw_only=True, config=CONFIG)
-class PMB2Config(PhysicalRobot):
-    """A round base on two driven wheels, with the parameters of PAL's PMB2."""
+class PackageRobot(PhysicalRobot):
+    """Base class of robots whose model, an SDF file, is in the package.
 
-    radius: BodyRadius = 0.27
-    """Radius of the robot's body, in meters."""
+    Its base is the body "base"; the file cites where its figures are from.
+    """
+
+    model: ClassVar[str]
+    """Name of the file in systems/robot/models."""
+
+    drive: ClassVar[DriveConfig]
+    """Drive of the robot."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the model of the package."""
         from hunav_drake.systems.robot.plant_model import ModelSource
 
-        file = "package://hunav_drake/systems/robot/models/pmb2.sdf"
-        return ModelSource(file=file, base="base")
+        folder = "package://hunav_drake/systems/robot/models"
+        return ModelSource(file=f"{folder}/{self.model}.sdf", base="base")
 
     def GetDrive(self) -> DriveConfig:
-        """Returns its two wheels: 6 N m, and 1 m/s at the rim."""
-        return DifferentialWheels(
-            left_wheel="left_wheel_joint",
-            right_wheel="right_wheel_joint",
-            wheel_separation=0.4044,
-            wheel_radius=0.0985,
-            max_torque=6.0,
-            max_wheel_speed=1.0 / 0.0985,
-        )
+        """Returns its wheels."""
+        return self.drive
+
+
+def _wheels(
+    separation: float, radius: float, torque: float, speed: float
+) -> DifferentialWheels:
+    """Returns two wheels with a maximum speed of the rim, in m/s."""
+    return DifferentialWheels(
+        left_wheel="left_wheel_joint",
+        right_wheel="right_wheel_joint",
+        wheel_separation=separation,
+        wheel_radius=radius,
+        max_torque=torque,
+        max_wheel_speed=speed / radius,
+    )
+
+
+def _limits(*values: float) -> Any:
+    """Returns a field of limits, in the order of `RobotLimits`."""
+    names = [it.name for it in dataclasses.fields(RobotLimits)]
+    known = dict(zip(names, values, strict=True))
+    return field(default_factory=lambda: RobotLimits(**known))
+
+
+@register_robot("pmb2")
+@dataclass(kw_only=True, config=CONFIG)
+class PMB2Config(PackageRobot):
+    """A round base on two driven wheels, with the parameters of PAL's PMB2."""
+
+    radius: BodyRadius = 0.27
+    """Radius of the robot's body, in meters."""
+
+    model: ClassVar[str] = "pmb2"
+    drive: ClassVar[DriveConfig] = _wheels(0.4044, 0.0985, 6.0, 1.0)
+
+
+@register_robot("tiago_base")
+@dataclass(kw_only=True, config=CONFIG)
+class TiagoBaseConfig(PackageRobot):
+    """PAL's TIAGo without an arm, its torso down: 50 kg on the base PMB2."""
+
+    radius: BodyRadius = 0.27
+    """Radius of the robot's body, in meters."""
+
+    limits: RobotLimits = _limits(1.0, 0.2, 0.5, 1.05, 1.05)
+    """Limits of the robot's motion: those of its base's controller."""
+
+    model: ClassVar[str] = "tiago_base"
+    drive: ClassVar[DriveConfig] = _wheels(0.4044, 0.0985, 6.0, 1.0)
+
+
+@register_robot("turtlebot3_burger")
+@dataclass(kw_only=True, config=CONFIG)
+class TurtleBot3BurgerConfig(PackageRobot):
+    """ROBOTIS' TurtleBot3 Burger: two wheels and a caster, 1 kg."""
+
+    radius: BodyRadius = 0.125
+    """Radius of the smallest disc around the middle of the wheels that covers
+    the robot, in meters."""
+
+    limits: RobotLimits = _limits(0.22, 0.22, 2.5, 2.84, 3.2)
+    """Limits of the robot's motion, its accelerations those that its navigation
+    plans with."""
+
+    model: ClassVar[str] = "turtlebot3_burger"
+    drive: ClassVar[DriveConfig] = _wheels(0.16, 0.033, 1.5, 0.24)
+
+
+@register_robot("turtlebot3_waffle")
+@dataclass(kw_only=True, config=CONFIG)
+class TurtleBot3WaffleConfig(PackageRobot):
+    """ROBOTIS' TurtleBot3 Waffle Pi: two wheels and two casters, 1.8 kg."""
+
+    radius: BodyRadius = 0.24
+    """Radius of the smallest disc around the middle of the wheels that covers
+    the robot, in meters."""
+
+    limits: RobotLimits = _limits(0.26, 0.26, 2.5, 1.82, 3.2)
+    """Limits of the robot's motion, its accelerations those that its navigation
+    plans with."""
+
+    model: ClassVar[str] = "turtlebot3_waffle"
+    drive: ClassVar[DriveConfig] = _wheels(0.288, 0.033, 3.0, 0.27)
+
+
+@register_robot("jackal")
+@dataclass(kw_only=True, config=CONFIG)
+class JackalConfig(PackageRobot):
+    """Clearpath's Jackal: a skid steer on four wheels, 18 kg."""
+
+    radius: BodyRadius = 0.31
+    """Radius of the smallest disc that covers the robot, in meters."""
+
+    limits: RobotLimits = _limits(2.0, 2.0, 2.0, 4.0, 4.0)
+    """Limits of the robot's motion. Those of its controller allow 20 m/s^2 and
+    25 rad/s^2, which no tire gives."""
+
+    model: ClassVar[str] = "jackal"
+    drive: ClassVar[DriveConfig] = DifferentialWheels(
+        left_wheel=["front_left_wheel_joint", "rear_left_wheel_joint"],
+        right_wheel=["front_right_wheel_joint", "rear_right_wheel_joint"],
+        wheel_separation=0.37559,
+        wheel_radius=0.098,
+        max_torque=5.0,
+        max_wheel_speed=3.0 / 0.098,
+    )
 
 
 @register_robot("urdf")
 @dataclass(kw_only=True, config=CONFIG)
 class UrdfRobot(PhysicalRobot):
-    """A robot from a URDF or SDF file, with any of the drives."""
+    """A robot from a URDF (also by xacro) or SDF file, with any drive."""
 
     file: FilePath
     """Model file: a path, in a scenario file relative to it, or
@@ -212,14 +351,22 @@ class UrdfRobot(PhysicalRobot):
 
     packages: dict[StrictStr, StrictStr] = field(default_factory=dict)
     """Folders of packages by name, for package://name/..., in addition to those
-    given by ROS_PACKAGE_PATH and by the package.xml above the file."""
+    given by ROS_PACKAGE_PATH, by the package.xml above the file, and in folders
+    beside it and its repository."""
+
+    arguments: dict[StrictStr, Argument] = field(default_factory=dict)
+    """Values of xacro's arguments, and of environment variables that it asks
+    for: no others are read."""
 
     def GetModel(self) -> "ModelSource":
         """Returns the user's model."""
         from hunav_drake.systems.robot.plant_model import ModelSource
 
         return ModelSource(
-            file=self.file, base=self.base, packages=dict(self.packages)
+            file=self.file,
+            base=self.base,
+            packages=dict(self.packages),
+            arguments=dict(self.arguments),
         )
 
     def GetDrive(self) -> DriveConfig:

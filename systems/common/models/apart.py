@@ -3,7 +3,7 @@
 Drake reads models of files, and some of those end the process that reads them.
 """
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 import importlib
 import json
 import signal
@@ -20,8 +20,8 @@ _CHILD = (
     f" from {__name__} import answer; answer(request)"
 )
 
-# The calls that succeeded in this process, and whether this is the other one.
-_passed: set[Hashable] = set()
+# What calls returned in this process, and whether this is the other one.
+_passed: dict[Hashable, Any] = {}
 _is_other = False
 
 
@@ -40,15 +40,27 @@ class ModelFault(ValueError):
 def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
     """Calls a function in another process, to see whether it succeeds.
 
-    It is given as "module:name"; its arguments are values that JSON can hold.
-    The outcome follows from the key: calls that succeeded are not repeated.
+    It does nothing in such a process. See `call_apart`.
+    """
+    if not _is_other:
+        call_apart(key, function, *arguments)
+
+
+def call_apart(key: Hashable, function: str, *arguments: Any) -> Any:
+    """Returns what a function returns in another process.
+
+    It is given as "module:name"; its arguments, and what it returns, are values
+    that JSON can hold. The outcome follows from the key: calls that succeeded
+    are not repeated. In such a process it is simply called.
 
     Raises:
         ModelFault: If the function raises one, or anything else, or ends its
             process, or takes longer than a minute.
     """
-    if _is_other or (function, key) in _passed:
-        return
+    if _is_other:
+        return _find(function)(*arguments)
+    if (function, key) in _passed:
+        return _passed[function, key]
     request = {"path": sys.path, "function": function, "arguments": arguments}
     try:
         done = subprocess.run(
@@ -75,7 +87,7 @@ def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
             " it by leaving parts out",
         )
     try:
-        place, message = json.loads(done.stdout.splitlines()[-1])
+        place, message, result = json.loads(done.stdout.splitlines()[-1])
     except (IndexError, ValueError):
         line = " ".join(done.stderr.split())[-300:]
         raise ModelFault(
@@ -83,24 +95,31 @@ def try_apart(key: Hashable, function: str, *arguments: Any) -> None:
         ) from None
     if message:
         raise ModelFault(tuple(place), message)
-    _passed.add((function, key))
+    _passed[function, key] = result
+    return result
+
+
+def _find(function: str) -> Callable[..., Any]:
+    module, _, name = function.partition(":")
+    found: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return found
 
 
 def answer(request: dict[str, Any]) -> None:
     """Calls the function of a request, and prints the outcome as JSON."""
     global _is_other
     _is_other = True
-    module, _, name = request["function"].partition(":")
-    function = getattr(importlib.import_module(module), name)
+    function = _find(request["function"])
     place: tuple[str, ...] = ("file",)
     message = ""
+    result = None
     try:
-        function(*request["arguments"])
+        result = function(*request["arguments"])
     except ModelFault as fault:
         place, message = fault.place, str(fault)
     except (Exception, SystemExit) as error:
         message = f"cannot be simulated: {drake_words(error)}"
-    print("\n" + json.dumps([place, message]), flush=True)
+    print("\n" + json.dumps([place, message, result]), flush=True)
 
 
 def drake_words(error: BaseException) -> str:

@@ -140,8 +140,10 @@ _SDF = {
 }
 
 
-def find_markup_fault(path: Path) -> str:
+def find_markup_fault(path: Path, text: str | None = None) -> str:
     """Returns the first fault of a file of XML, with its line; empty if none.
+
+    The `text` is what is read in place of its content, if there is any.
 
     Raises:
         OSError: If it cannot be read.
@@ -159,7 +161,7 @@ def find_markup_fault(path: Path) -> str:
             raise ValueError(f"has elements in more than {_DEEPEST} others")
         opened.append(element)
 
-    def text(data: str) -> None:
+    def add_text(data: str) -> None:
         opened[-1].text += data
 
     def refuse(*_: object) -> None:
@@ -167,11 +169,11 @@ def find_markup_fault(path: Path) -> str:
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: opened.pop()
-    parser.CharacterDataHandler = text
+    parser.CharacterDataHandler = add_text
     parser.EntityDeclHandler = refuse
     parser.buffer_text = True
     try:
-        parser.Parse(path.read_bytes(), True)
+        parser.Parse(path.read_bytes() if text is None else text, True)
     except (expat.ExpatError, ValueError, LookupError) as error:
         line = parser.CurrentLineNumber
         return f"{path.name}:{line}: Error parsing XML: {error}"
@@ -183,7 +185,12 @@ def find_markup_fault(path: Path) -> str:
 def _faults(root: Element) -> Iterator[tuple[Element, str]]:
     kind = root.children[0].tag if root.children else ""
     rules = {"robot": _URDF, "sdf": _SDF}.get(kind, {})
+    # Those of joints that do not move may be zero.
+    fixed = [it for it in root.all() if it.attributes.get("type") == "fixed"]
+    idle = {id(axis) for joint in fixed for axis in joint.children}
     for element in root.all():
+        if id(element) in idle and element.tag == "axis":
+            continue
         texts = {
             **{child.tag: child.text for child in element.children},
             **element.attributes,
@@ -192,8 +199,9 @@ def _faults(root: Element) -> Iterator[tuple[Element, str]]:
         if element.tag.startswith("xacro:") or "${" in all_text:
             yield (
                 element,
-                f"<{element.tag}> is for xacro; expand its macros first: xacro"
-                " FILE > robot.urdf",
+                f"<{element.tag}> is for xacro, and nothing gives it a value;"
+                " name the file robot.urdf.xacro, or give the value among the"
+                " arguments",
             )
         for key, text in texts.items():
             rule = rules.get((element.tag, key))

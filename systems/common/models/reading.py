@@ -27,12 +27,18 @@ from hunav_drake.systems.common.models.apart import (
     try_apart,
 )
 from hunav_drake.systems.common.models.markup import find_markup_fault
+from hunav_drake.systems.common.models.xacro import (
+    DRAKES,
+    RobotText,
+    nearby_packages,
+    read_robot,
+)
 from hunav_drake.systems.common.suggest import shown, suggestion
 
 # The endings of files that a world may be made of.
 _ENDINGS = (".sdf", ".urdf", ".dmd.yaml", ".world")
 
-_MARKUP = (".sdf", ".urdf", ".world")
+_MARKUP = (".sdf", ".urdf", ".world", ".xacro")
 
 # Models below this folder are those of the package, which are sound.
 _OWN = Path(__file__).resolve().parents[2]
@@ -45,7 +51,10 @@ _RELATIVE = re.compile(r"(<uri>\s*)([^<>:/\s][^<>:]*?)(\s*</uri>)")
 
 
 def AddModels(
-    plant: MultibodyPlant, file: str, packages: Mapping[str, str] | None = None
+    plant: MultibodyPlant,
+    file: str,
+    packages: Mapping[str, str] | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> list[ModelInstanceIndex]:
     """Adds the models of a file to a plant.
 
@@ -54,6 +63,7 @@ def AddModels(
         file: A path, or "package://name/...": of a package that Drake knows,
             of "hunav_drake", or of one in ROS_PACKAGE_PATH.
         packages: Folders of further packages by name.
+        arguments: The values of xacro's arguments.
 
     Returns:
         The instances of the models.
@@ -69,29 +79,42 @@ def AddModels(
     path = _path_of(known, file)
     try:
         text = _text_without_planes(path)
-        if text is not None:
+        robot = _robot_text(known, path, arguments)
+        if robot is not None and robot.is_changed:
+            # (Drake repeats what it warns of at each reading.)
+            with _quiet():
+                found = parser.AddModelsFromString(robot.text, "urdf")
+        elif text is not None:
             found = parser.AddModelsFromString(text, "sdf")
         elif file.startswith("package://"):
             found = parser.AddModels(url=file)
         else:
             found = parser.AddModels(file)
-    except (RuntimeError, ValueError, SystemExit) as error:
+    except ModelFault:
+        raise
+    except (RuntimeError, ValueError, SystemExit, OSError) as error:
+        words = drake_words(error).replace("<literal-string>.urdf", path.name)
         raise ModelFault(
             ("file",),
-            f"cannot be read: {drake_words(error)}; correct that in the file,"
+            f"cannot be read: {words}; correct that in the file,"
             " a URDF, SDF, MJCF or directives file that Drake reads",
         ) from error
     return list(found)
 
 
 def check_model_file(
-    file: str, packages: Mapping[str, str], function: str, *arguments: Any
+    file: str,
+    packages: Mapping[str, str],
+    function: str,
+    *values: Any,
+    arguments: Mapping[str, str] | None = None,
 ) -> None:
     """Checks a foreign file before this process reads it.
 
     Its text is checked; and then, once for each content, a function
     ("module:name") tries it in a process of its own, as Drake may crash. It
-    takes file, packages (see `AddModels`) and arguments that JSON can hold.
+    takes file, packages (see `AddModels`) and values that JSON can hold, of
+    which the `arguments` of xacro are the last one, if there are any.
 
     Raises:
         ModelFault: If it has a fault.
@@ -103,7 +126,11 @@ def check_model_file(
         return
     try:
         content = path.read_bytes()
-        fault = find_markup_fault(path) if path.suffix in _MARKUP else ""
+        robot = _robot_text(known, path, arguments)
+        text = None if robot is None else robot.text
+        fault = find_markup_fault(path, text) if path.suffix in _MARKUP else ""
+        if robot is not None:
+            content = robot.text.encode()
     except OSError as error:
         fault = str(error.strerror)
     if fault:
@@ -113,9 +140,11 @@ def check_model_file(
     key = (
         hashlib.sha256(content).hexdigest(),
         str(path.resolve()) if names_files else path.suffix,
-        *map(str, (*sorted(packages.items()), *arguments)),
+        *map(str, (*sorted(packages.items()), *values)),
     )
-    try_apart(key, function, file, dict(packages), *arguments)
+    if arguments:
+        values = (*values, dict(arguments))
+    try_apart(key, function, file, dict(packages), *values)
 
 
 def AddModelFile(
@@ -161,23 +190,57 @@ def AddModelFile(
     return instances
 
 
-def check_pictures(file: str, packages: Mapping[str, str]) -> None:
+def robot_text(
+    file: str,
+    packages: Mapping[str, str],
+    arguments: Mapping[str, str] | None = None,
+) -> RobotText | None:
+    """Returns the URDF of a file, and what it is made of.
+
+    It is None if the file has another format. For arguments and errors, see
+    `AddModels`.
+    """
+    known = PackageMap()
+    _AddPackages(known, file, packages)
+    try:
+        return _robot_text(known, _path_of(known, file), arguments)
+    except OSError as error:
+        raise ModelFault(("file",), f"cannot be read: {error}") from error
+
+
+def _robot_text(
+    known: PackageMap, path: Path, arguments: Mapping[str, str] | None
+) -> RobotText | None:
+    # (Drake downloads its packages when their folders are asked for.)
+    names = [it for it in known.GetPackageNames() if it not in DRAKES]
+    folders = {name: known.GetPath(name) for name in names}
+    return read_robot(path, folders, arguments or {})
+
+
+def check_pictures(
+    file: str,
+    packages: Mapping[str, str],
+    arguments: Mapping[str, str] | None = None,
+) -> None:
     """Checks that cameras can take pictures of the models of a file.
 
     Raises:
         ModelFault: If they cannot.
     """
     function = f"{__name__}:try_model_file"
-    check_model_file(file, packages, function, True)
+    check_model_file(file, packages, function, True, arguments=arguments)
 
 
 def try_model_file(
-    filename: str, packages: dict[str, str], is_seen: bool = False
+    filename: str,
+    packages: dict[str, str],
+    is_seen: bool = False,
+    arguments: dict[str, str] | None = None,
 ) -> None:
     """Reads a file as a world does, and makes a Context with its shapes.
 
-    The arguments are those of `AddModels`, and whether there is a camera. If
-    the file cannot be read, a ModelFault says so.
+    The arguments are those of `AddModels`, and `is_seen`, whether there is a
+    camera. If the file cannot be read, a ModelFault says so.
     """
     scene_graph = SceneGraph()
     if is_seen:
@@ -185,7 +248,7 @@ def try_model_file(
         scene_graph.AddRenderer("pictures", engine)
     plant = MultibodyPlant(time_step=0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    AddModels(plant, filename, packages)
+    AddModels(plant, filename, packages, arguments)
     refuse_planes(scene_graph)
     plant.Finalize()
     scene_graph.CreateDefaultContext()
@@ -230,6 +293,9 @@ def _AddPackages(
             if (folder_above / "package.xml").is_file():
                 known.AddPackageXml(str(folder_above / "package.xml"))
                 break
+        for name, folder in nearby_packages(file).items():
+            if not known.Contains(name):
+                known.Add(name, folder)
 
 
 def _path_of(known: PackageMap, file: str) -> Path:

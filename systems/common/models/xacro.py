@@ -1,0 +1,483 @@
+"""Reads the URDF of robots: expands xacro, and replaces meshes in it.
+
+Xacro is expanded without ROS, in a process of its own, by the package `xacro`
+of the extra with this name. Files of xacro contain expressions of Python. Those
+that could run other code are refused, and so is $(eval ...), which always can;
+environment variables are not read, so that a robot follows from its files.
+"""
+
+import ast
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+import functools
+import hashlib
+import importlib.util
+import os
+from pathlib import Path
+import re
+import resource
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.models.apart import ModelFault, call_apart
+from hunav_drake.systems.common.suggest import shown, suggestion
+
+# Packages of Drake, whose meshes it can read.
+DRAKES = ("drake", "drake_models")
+
+# The endings of meshes that Drake shows, and that bodies may touch.
+_SHOWN = (".obj", ".gltf", ".vtk")
+
+# Those of which the convex hull stands among collision shapes.
+_HULLS = (".stl", ".dae")
+
+# What expressions may not do; and parts of Python's objects that lead to
+# others.
+_REFUSED = (ast.Lambda, ast.GeneratorExp, ast.Await)
+_INNER = re.compile(r"_|(?:gi|f|tb|cr|ag|co|func)_|mro$")
+
+# The largest memory of a process that expands a file, in bytes.
+_MEMORY = 8 << 30
+
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_LINK = re.compile(r"<link\b[^>]*/>|<link\b.*?</link>", re.DOTALL)
+_VISUAL = re.compile(r"<visual\b[^>]*/>|<visual\b.*?</visual>", re.DOTALL)
+_COLLISION = re.compile(r"<collision\b[^>]*>(.*?)</collision>", re.DOTALL)
+_MATERIAL = re.compile(
+    r"<material\b[^>]*/>|<material\b.*?</material>", re.DOTALL
+)
+_CONTROL = re.compile(r"<ros2_control\b.*?</ros2_control>", re.DOTALL)
+_COMMANDED = re.compile(
+    r"<joint\b[^>]*\bname=[\"']([^\"']+)[\"'][^>]*>\s*<command_interface\b"
+)
+_NAMED_MATERIAL = re.compile(
+    r"<material\b[^>]*\bname=\"([^\"]*)\"[^>/]*(?:/>|>(.*?)</material>)",
+    re.DOTALL,
+)
+_FILE = re.compile(
+    r"(<(mesh|texture)\b[^>]*?\bfilename\s*=\s*)([\"'])(.*?)\3", re.DOTALL
+)
+
+
+@dataclass(frozen=True)
+class RobotText:
+    """URDF that Drake reads.
+
+    Attributes:
+        text: The text.
+        files: The files of xacro that it is made of.
+        unseen: The meshes that are not there, or that Drake cannot show: the
+            collision shapes of their links are shown.
+        absent: The packages that are not there; what the files include from
+            them is left out.
+        is_changed: Whether it differs from what is in the file.
+    """
+
+    text: str
+    files: tuple[Path, ...]
+    unseen: tuple[str, ...]
+    absent: tuple[str, ...]
+    is_changed: bool
+
+
+def nearby_packages(file: str | Path) -> dict[str, str]:
+    """Returns the folders of packages around a file, by name.
+
+    They are the nearest folder above it with a package.xml, and those beside
+    it and in repositories beside its own.
+    """
+    for above in Path(file).resolve().parents:
+        if (above / "package.xml").is_file():
+            up = above.parent
+            found = (
+                [*up.parent.glob("*/*/package.xml")] if up.parent.name else []
+            )
+            found += [*up.glob("*/package.xml"), above / "package.xml"]
+            return {it.parent.name: str(it.parent) for it in sorted(found)} | {
+                above.name: str(above)
+            }
+    return {}
+
+
+def read_robot(
+    path: Path, packages: Mapping[str, str], arguments: Mapping[str, str]
+) -> RobotText | None:
+    """Returns the URDF of a file; None if it has another format.
+
+    Args:
+        path: The file.
+        packages: The folders of all packages, by name.
+        arguments: The values of xacro's arguments.
+
+    Raises:
+        ModelFault: If it cannot be expanded.
+        OSError: If it cannot be read.
+    """
+    if path.suffix not in (".urdf", ".xacro"):
+        if arguments:
+            raise ModelFault(
+                ("arguments",),
+                f"are for files of xacro, and {path.name} is none; take them"
+                " out",
+            )
+        return None
+    values = dict(arguments)
+    raw = path.read_text(encoding="utf-8", errors="replace")
+    text, files, absent = raw, [str(path)], list[str]()
+    if "<xacro:" in raw or path.suffix == ".xacro":
+        text, files, absent = _expand(path, dict(packages), values)
+    else:
+        known = {"namespace": "", **values}
+        asked = set(re.findall(r"\$\{(\w+)\}", raw))
+        _refuse_unknown(values, asked)
+        text = re.sub(r"\$\{(\w+)\}", lambda it: known.get(it[1], it[0]), raw)
+    text, unseen = _with_meshes(text, path.resolve().parent, packages)
+    text = _with_motors(text)
+    return RobotText(
+        text,
+        tuple(map(Path, files)),
+        tuple(dict.fromkeys(unseen)),
+        tuple(absent),
+        text != raw,
+    )
+
+
+def _refuse_unknown(values: Mapping[str, str], asked: set[str]) -> None:
+    for name in values:
+        if name not in asked:
+            raise ModelFault(
+                ("arguments", name),
+                f"the file has no argument {shown(name)};"
+                f" {suggestion(name, sorted(asked))}",
+            )
+
+
+# What files expanded to, with the times and sizes of their parts.
+_expanded: dict[str, tuple[tuple[str, list[str], list[str]], list[Any]]] = {}
+
+
+def _expand(
+    path: Path, packages: dict[str, str], values: dict[str, str]
+) -> tuple[str, list[str], list[str]]:
+    """Returns what `expand` returns in another process."""
+    if importlib.util.find_spec("xacro") is None:
+        raise ModelFault(
+            ("file",),
+            "is a file of xacro, which takes the package xacro to read: pip"
+            " install 'hunav_drake[xacro]'",
+        )
+    request = [str(path.resolve()), packages, values]
+    key = repr(request)
+    stamps = _expanded[key][1] if key in _expanded else _stamps([str(path)])
+    if key not in _expanded or stamps != _stamps([it[0] for it in stamps]):
+        text, files, absent = call_apart(
+            (key, repr(_stamps([it[0] for it in stamps]))),
+            f"{__name__}:expand",
+            *request,
+        )
+        _expanded[key] = (text, files, absent), _stamps(files)
+    return _expanded[key][0]
+
+
+def _stamps(files: list[str]) -> list[Any]:
+    found = []
+    for file in files:
+        stat = os.stat(file) if os.path.isfile(file) else None
+        found.append((file, stat and (stat.st_mtime_ns, stat.st_size)))
+    return found
+
+
+def expand(
+    file: str, packages: dict[str, str], values: dict[str, str]
+) -> tuple[str, list[str], list[str]]:
+    """Expands a file of xacro, in a process that does nothing else with xacro.
+
+    The arguments are those of `read_robot`.
+
+    Returns:
+        The text, the files that it is made of, and packages that are absent.
+
+    Raises:
+        ModelFault: If that is not possible.
+    """
+    import xacro
+    from xacro import substitution_args
+
+    with suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    asked: set[str] = set()
+    absent: list[str] = []
+
+    class Arguments(dict[str, str]):
+        """The arguments, which remembers those that are asked for."""
+
+        def __contains__(self, name: object) -> bool:
+            asked.add(str(name))
+            return super().__contains__(name)
+
+    def find(name: str) -> str:
+        if name not in packages:
+            raise ModelFault(
+                ("file",),
+                f"{_place(xacro)} needs the package {_missing([name])}",
+            )
+        return packages[name]
+
+    include_file = xacro.process_include
+
+    def include(element: Any, macros: Any, symbols: Any, function: Any) -> None:
+        """Includes a file, unless it is in a package that is not there."""
+        words = re.match(r"\$\(find (\S+)\)", element.getAttribute("filename"))
+        if words is None or words[1] in packages:
+            include_file(element, macros, symbols, function)
+            return
+        absent.append(words[1])
+        xacro.replace_node(element, by=None)
+
+    xacro.process_include = include
+
+    def variable(name: str, default: str | None = None) -> str:
+        asked.add(name)
+        value = values.get(name, default)
+        if value is None:
+            raise ModelFault(
+                ("file",),
+                f"{_place(xacro)} asks for the environment variable"
+                f" {shown(name)}, and none is read; give it as one of the"
+                f" arguments: {{{name}: VALUE}}",
+            )
+        return value
+
+    def refuse(text: str, context: Any) -> str:
+        raise ModelFault(
+            ("file",),
+            f"{_place(xacro)} has $(eval {text}), which can run any code; write"
+            " it as ${...}",
+        )
+
+    changes: dict[str, Any] = {
+        "_eval_find": find,
+        "_eval_env": variable,
+        "_eval_optenv": lambda name, default="": variable(name, default),
+        "_eval": refuse,
+    }
+    for name, function in changes.items():
+        setattr(substitution_args, name, function)
+    evaluate = xacro.safe_eval
+
+    def check_and_evaluate(text: str, *tables: Any) -> Any:
+        for node in ast.walk(ast.parse(text.strip(), mode="eval")):
+            name = getattr(node, "attr", "")
+            if isinstance(node, _REFUSED) or _INNER.match(name):
+                raise ModelFault(
+                    ("file",),
+                    f"{_place(xacro)} has the expression {shown(text)}, which"
+                    " could run other code; write it with numbers, texts and"
+                    " lists alone",
+                )
+        return evaluate(text, *tables)
+
+    xacro.safe_eval = check_and_evaluate
+    # These lead to others, and values of hash() differ from run to run.
+    for name in ("type", "vars", "hash"):
+        xacro._global_symbols["python"].pop(name, None)
+    xacro.all_includes.clear()
+    try:
+        document = xacro.process_file(
+            file, mappings=(known := Arguments(values)), verbosity=0
+        )
+        text = document.documentElement.toxml()
+    except Exception as error:
+        while not isinstance(error, ModelFault):
+            inner = getattr(error, "exc", None) or error.__cause__
+            if not isinstance(inner, Exception):
+                break
+            error = inner
+        if isinstance(error, ModelFault):
+            raise error from None
+        words = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, RecursionError):
+            words = "includes or macros are in each other without an end"
+        remedy = "correct that in the file"
+        if absent:
+            remedy = f"that may be from the package {_missing(absent)}"
+        raise ModelFault(
+            ("file",),
+            f"cannot be expanded: {_place(xacro)}: {words[:300]}; {remedy}",
+        ) from None
+    _refuse_unknown(values, asked | (set(known) - set(values)))
+    files = [file, *map(str, xacro.all_includes)]
+    return text, list(dict.fromkeys(files)), list(dict.fromkeys(absent))
+
+
+def _missing(names: list[str]) -> str:
+    """Returns what is to be done about packages that are not there."""
+    words = ", ".join(map(shown, dict.fromkeys(names)))
+    return (
+        f"{words}, not there; clone its repository beside that of the file, or"
+        f" name its folder: packages: {{{names[0]}: FOLDER}}"
+    )
+
+
+def _place(module: Any) -> str:
+    """Returns the name of the file that xacro is at."""
+    return Path((module.filestack or ["it"])[-1]).name
+
+
+def _with_meshes(
+    text: str, folder: Path, packages: Mapping[str, str]
+) -> tuple[str, list[str]]:
+    """Returns URDF without meshes that Drake does not read, and their names.
+
+    Lines stay what they are. In its place is the collision shape of the link,
+    once. Names of files are made absolute where something changes. Convex hulls
+    stand for `.stl` and `.dae` among collision shapes.
+    """
+    unseen: list[str] = []
+
+    def is_seen(visual: str) -> bool:
+        names = [it[4] for it in _FILE.finditer(visual) if it[2] == "mesh"]
+        bad = [name for name in names if not _is_seen(name)]
+        unseen.extend(bad)
+        return not bad
+
+    def _is_seen(name: str) -> bool:
+        if name.strip().startswith(tuple(f"package://{it}/" for it in DRAKES)):
+            return True
+        path = _mesh_path(name, folder, packages)
+        return path.suffix.lower() in _SHOWN and path.is_file()
+
+    def link(match: re.Match[str]) -> str:
+        looks: list[str] = []
+
+        def visual(match: re.Match[str]) -> str:
+            if is_seen(match[0]):
+                return match[0]
+            found = _MATERIAL.search(match[0])
+            looks.append(found[0].replace("\n", " ") if found else "")
+            return "\n" * match[0].count("\n")
+
+        rest = _VISUAL.sub(visual, match[0])
+        instead = "".join(
+            f"<visual>{it[1]}{looks[0]}</visual>".replace("\n", " ")
+            for it in _COLLISION.finditer(rest)
+            if looks
+        )
+        return rest.replace("</link>", f"{instead}</link>")
+
+    def absolute(match: re.Match[str]) -> str:
+        path = _mesh_path(match[4], folder, packages)
+        path = (_hull(path) if match[2] == "mesh" else None) or path
+        if not path.is_file():
+            return match[0]
+        return f"{match[1]}{match[3]}file://{path}{match[3]}"
+
+    plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
+    result = _LINK.sub(link, plain)
+    hulls = any(it[4].lower().endswith(".stl") for it in _FILE.finditer(result))
+    defined = {
+        it[1] for it in _NAMED_MATERIAL.finditer(result) if "<" in (it[2] or "")
+    }
+    result = _NAMED_MATERIAL.sub(
+        lambda it: it[0] if it[1] in defined else "", result
+    )
+    if result == plain and not hulls:
+        return text, unseen
+    return _FILE.sub(absolute, result), unseen
+
+
+def _with_motors(text: str) -> str:
+    """Adds motors for the joints that ros2_control commands, if none has one.
+
+    Drake reads motors from <transmission> alone; without one, an arm would hang
+    down.
+    """
+    moved = {
+        name
+        for block in _CONTROL.findall(text)
+        for name in _COMMANDED.findall(block)
+        if re.search(
+            rf"<joint\b[^>]*\bname=.{re.escape(name)}[\"'][^>]*\btype=", text
+        )
+    }
+    if not moved or "<transmission" in _CONTROL.sub("", text):
+        return text
+    motors = "".join(
+        f'<transmission name="{name}_motor"><type>SimpleTransmission</type>'
+        f'<joint name="{name}"/><actuator name="{name}"/></transmission>'
+        for name in sorted(moved)
+    )
+    return text.replace("</robot>", f"{motors}</robot>")
+
+
+def _mesh_path(name: str, folder: Path, packages: Mapping[str, str]) -> Path:
+    scheme, mark, rest = name.strip().partition("://")
+    if not mark:
+        return folder / scheme
+    if scheme == "file":
+        return Path(rest)
+    package, _, rest = rest.partition("/")
+    return Path(packages.get(package, "/nowhere")) / rest
+
+
+@functools.cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="hunav-")
+
+
+def _hull(path: Path) -> Path | None:
+    """Returns the convex hull of a mesh as a file of OBJ; None if it has none.
+
+    Meshes of STL are read here, others by the package trimesh, if it is there.
+    """
+    if path.suffix.lower() not in _HULLS or not path.is_file():
+        return None
+    data = path.read_bytes()
+    result = Path(_folder().name) / f"{hashlib.sha256(data).hexdigest()}.obj"
+    if result.is_file():
+        return result
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(_points(path, data))
+    except (ImportError, ValueError, QhullError):
+        return None
+    lines = ["v {:.9g} {:.9g} {:.9g}".format(*point) for point in hull.points]
+    for k, (face, normal) in enumerate(
+        zip(hull.simplices, hull.equations[:, :3], strict=True), 1
+    ):
+        a, b, c = hull.points[face]
+        order = face if np.cross(b - a, c - a) @ normal > 0 else face[::-1]
+        lines.append("vn {:.6f} {:.6f} {:.6f}".format(*normal))
+        lines.append("f " + " ".join(f"{i + 1}//{k}" for i in order))
+    draft = result.with_suffix(f".{os.getpid()}")
+    draft.write_text("\n".join(lines) + "\n")
+    os.replace(draft, result)
+    return result
+
+
+def _points(path: Path, data: bytes) -> Array:
+    """Returns the corners of a mesh, shape (n, 3), in its unit."""
+    if path.suffix.lower() == ".dae":
+        import trimesh
+
+        try:
+            scene = trimesh.load_scene(path)
+            scale = trimesh.units.unit_conversion(scene.units or "m", "m")
+            corners = scene.to_mesh().vertices * scale
+        # Readers of damaged files raise anything.
+        except Exception as error:
+            raise ValueError(str(error)) from error
+        return np.array(corners, dtype=float)
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == 84 + 50 * count:
+        rows = np.frombuffer(data, dtype=np.uint8, offset=84).reshape(count, 50)
+        points = rows[:, 12:48].copy().view("<f4").reshape(-1, 3)
+    else:
+        words = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
+        points = np.array(words, dtype=float).reshape(-1, 3)
+    return np.unique(points.astype(float), axis=0)
