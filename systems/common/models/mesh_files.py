@@ -1,0 +1,334 @@
+"""Reads meshes of other programs (.dae, .stl, .obj, .gltf, .glb).
+
+They become triangles in meters, and glTF, which Drake shows. What was read is
+kept in a folder on the disk, under a hash of its content.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+import functools
+import hashlib
+import importlib.util
+import io
+import os
+from pathlib import Path
+import re
+import shutil
+import tempfile
+from typing import Any
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.files import atomic_write
+
+MESHES = (".dae", ".stl", ".obj", ".gltf", ".glb")
+
+# The largest file, in bytes, number of triangles, and coordinate, in meters.
+_MOST_BYTES = 200_000_000
+_MOST_TRIANGLES = 1_000_000
+_FARTHEST = 1e5
+
+# The size of textures that are kept, in pixels: replays hold all of them.
+_TEXTURE = 256
+
+# The version of what is kept.
+_VERSION = 1
+
+# The names of textures and materials in the text of a mesh.
+_ENDING = re.compile(rb"\.(?:png|jpe?g|tga|bmp|tiff?|mtl)\b", re.I)
+_BEFORE = re.compile(r"[^<>\"'=\n]*$")
+
+# glTF has y upwards.
+_Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh of a file, or a part of it.
+
+    Attributes:
+        path: The file.
+        part: The name of the part; empty is the whole.
+        is_centered: Whether the middle of its bounds is its origin.
+        key: A hash of its content.
+        triangles: Shape (t, 3, 3): the corners in its frame, in meters.
+    """
+
+    path: Path
+    part: str
+    is_centered: bool
+    key: str
+    triangles: Array
+
+
+def cache_folder() -> Path:
+    """Returns the folder of what is kept between runs, which exists.
+
+    It is that of the environment variable HUNAV_CACHE, or else below the usual
+    one of the user; without permission, a temporary one.
+    """
+    usual = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = Path(os.environ.get("HUNAV_CACHE") or usual / "hunav_drake")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    return _temporary()
+
+
+@functools.cache
+def _temporary() -> Path:
+    return Path(tempfile.mkdtemp(prefix="hunav-"))
+
+
+def kept(name: str, make: Callable[[], Array]) -> NDArray[Any]:
+    """Returns an array that is kept on the disk, or makes it.
+
+    Args:
+        name: Its name, which its content follows from.
+        make: Returns it.
+    """
+    path = cache_folder() / f"{name}.npy"
+    try:
+        return np.asarray(np.load(path, allow_pickle=False))
+    except (OSError, ValueError, EOFError):
+        array: NDArray[Any] = make()
+    # (What a full disk does not take is made again.)
+    with suppress(OSError), atomic_write(path) as file:
+        np.save(file, array)
+    return array
+
+
+def read_mesh(path: Path, part: str = "", centered: bool = False) -> MeshFile:
+    """Reads a mesh.
+
+    Args:
+        path: The file.
+        part: The name of a part of it; empty is the whole.
+        centered: Whether to move the middle of its bounds to the origin.
+
+    Raises:
+        ValueError: If it cannot be read, in a line; the text has a remedy.
+    """
+    try:
+        stat = path.stat()
+    except OSError as error:
+        raise ValueError(f"{path.name}: {error.strerror}") from error
+    return _read(path, part, centered, stat.st_mtime_ns, stat.st_size)
+
+
+@functools.lru_cache(maxsize=512)
+def _read(
+    path: Path, part: str, centered: bool, stamp: int, size: int
+) -> MeshFile:
+    if path.suffix.lower() not in MESHES:
+        raise ValueError(
+            f"the mesh {path.name} must be one of {', '.join(MESHES)}; convert"
+            " it"
+        )
+    if size > _MOST_BYTES:
+        raise ValueError(
+            f"{path.name} must have at most {_MOST_BYTES // 10**6} MB, got"
+            f" {size // 10**6}; simplify the mesh"
+        )
+    content = path.read_bytes()
+    key = hashlib.sha256(content)
+    key.update(f"{path.suffix} {part} {centered} {_VERSION}".encode())
+    for text in sorted(_named_images(content)):
+        for place in (path.parent / text, Path(text)):
+            if os.path.isfile(place):
+                key.update(f"{text} {os.stat(place).st_mtime_ns}".encode())
+    name = key.hexdigest()[:40]
+
+    def make() -> Array:
+        return _triangles(_scene(path, part, centered))
+
+    return MeshFile(path, part, centered, name, kept(name, make))
+
+
+def _named_images(content: bytes) -> Iterator[str]:
+    """Yields names of textures and materials in the text of a mesh."""
+    for it in _ENDING.finditer(content):
+        text = content[max(0, it.start() - 200) : it.end()].decode("latin-1")
+        found = _BEFORE.search(text)
+        yield found[0].removeprefix("mtllib").strip() if found else ""
+
+
+def gltf_of(mesh: MeshFile, cut: tuple[Any, float] | None = None) -> Path:
+    """Returns a glTF file of a mesh, with small textures.
+
+    Args:
+        mesh: The mesh.
+        cut: A matrix (4, 4) from its frame to another one, and the height in
+            the latter above which it is cut off.
+    """
+    name = mesh.key
+    if cut is not None:
+        name += hashlib.sha256(f"{cut[0].tolist()} {cut[1]}".encode()).hexdigest()
+    folder = cache_folder() / name[:72]
+    file = folder / "model.gltf"
+    if not file.is_file():
+        draft = Path(tempfile.mkdtemp(dir=folder.parent))
+        try:
+            scene = _scene(mesh.path, mesh.part, mesh.is_centered)
+            for text, data in _gltf(scene, cut).items():
+                (draft / text).write_bytes(data)
+            if not folder.exists():
+                os.replace(draft, folder)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+    return file
+
+
+def _load(path: Path) -> Any:
+    """Returns the scene of a file, as trimesh reads it."""
+    needed = ["trimesh"] + ["collada"] * (path.suffix.lower() == ".dae")
+    for name in needed:
+        if importlib.util.find_spec(name) is None:
+            raise ValueError(
+                f"to read {path.name} takes trimesh and pycollada: pip install"
+                " 'hunav_drake[gazebo]'"
+            )
+    import trimesh
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(path)
+    # Readers of damaged files raise anything.
+    except Exception as error:
+        words = " ".join(f"{error}".split())[:200]
+        raise ValueError(
+            f"the mesh {path.name} cannot be read: {type(error).__name__}"
+            f" {words}; export it anew"
+        ) from error
+    return scene
+
+
+def _scene(path: Path, part: str, centered: bool) -> Any:
+    """Returns a scene in meters, of checked geometry."""
+    import_error = f"the mesh {path.name}"
+    scene = _load(path)
+    import trimesh
+
+    result = trimesh.Scene()
+    names = []
+    for mesh, name, X in _meshes(scene):
+        names.append(name)
+        if part and part not in (name, mesh.metadata.get("name")):
+            continue
+        unit = _unit(mesh.units, path)
+        mesh = mesh.copy()
+        mesh.apply_transform(X)
+        if path.suffix.lower() in (".gltf", ".glb"):
+            mesh.apply_transform(_Y_UP.T)
+        mesh.apply_scale(unit)
+        result.add_geometry(mesh)
+    triangles = _triangles(result)
+    if not len(triangles):
+        have = f"; it has {', '.join(names[:5])}" if part and names else ""
+        what = f"no part {part!r} with triangles{have}" if part else "no triangles"
+        raise ValueError(f"{import_error} has {what}; export it anew")
+    if len(triangles) > _MOST_TRIANGLES:
+        raise ValueError(
+            f"{import_error} must have at most {_MOST_TRIANGLES} triangles, got"
+            f" {len(triangles)}; simplify it"
+        )
+    if not np.abs(triangles).max() <= _FARTHEST:
+        raise ValueError(
+            f"{import_error} has corners that are not finite, or farther than"
+            f" {_FARTHEST:g} m from its origin; correct them, or its unit"
+        )
+    if centered:
+        result.apply_translation(-result.bounds.mean(axis=0))
+    return result
+
+
+def _meshes(scene: Any) -> Iterator[tuple[Any, str, Array]]:
+    """Yields the meshes of a scene with their names and poses (4, 4)."""
+    for node in scene.graph.nodes_geometry:
+        X, name = scene.graph[node]
+        mesh = scene.geometry[name]
+        if getattr(mesh, "faces", None) is not None and len(mesh.faces):
+            yield mesh, str(name), X
+
+
+def _unit(text: str | None, path: Path) -> float:
+    """Returns the length of a mesh's unit, in meters."""
+    number = (text or "").removesuffix(" * meters")
+    try:
+        unit = 1.0 if number in ("", "meters") else float(number)
+    except ValueError:
+        # Other formats have no units that Gazebo reads.
+        return 1.0
+    if not 1e-9 < unit < 1e9:
+        raise ValueError(
+            f"the mesh {path.name} must have a unit above 0 m, got {number};"
+            " correct <unit meter=...>"
+        )
+    return unit
+
+
+def _triangles(scene: Any) -> Array:
+    found = [mesh.triangles.reshape(-1, 3, 3) for mesh in scene.geometry.values()]
+    return np.concatenate([np.zeros((0, 3, 3)), *found])
+
+
+def _gltf(scene: Any, cut: tuple[Any, float] | None) -> dict[str, bytes]:
+    import trimesh
+
+    if cut is not None:
+        X, height = cut
+        back = np.linalg.inv(X)
+        normal = -X[2, :3] / np.linalg.norm(X[2, :3])
+        origin = (back @ [0.0, 0.0, height, 1.0])[:3]
+        # (The point of the plane that is on the axis may be anywhere on it.)
+        parts = [
+            part
+            for mesh in scene.geometry.values()
+            if len((part := mesh.slice_plane(origin, normal)).faces)
+        ]
+        scene = trimesh.Scene(parts)
+    for mesh in scene.geometry.values():
+        _simplify_material(mesh)
+    scene.apply_transform(_Y_UP)
+    files: dict[str, bytes] = trimesh.exchange.gltf.export_gltf(
+        scene, include_normals=True, merge_buffers=True
+    )
+    return files
+
+
+def _simplify_material(mesh: Any) -> None:
+    """Makes a material of one small texture, or of a color."""
+    from trimesh.visual.material import PBRMaterial, SimpleMaterial
+
+    material = getattr(mesh.visual, "material", None)
+    if material is None:
+        return
+    image = getattr(material, "image", None)
+    if isinstance(material, PBRMaterial):
+        image, color = material.baseColorTexture, material.baseColorFactor
+    else:
+        color = material.diffuse if isinstance(material, SimpleMaterial) else None
+    if image is not None:
+        image = image.convert("RGB")
+        image.thumbnail((_TEXTURE, _TEXTURE))
+        data = io.BytesIO()
+        image.save(data, "JPEG", quality=80)
+        from PIL import Image
+
+        image = Image.open(data)
+        color = None
+    mesh.visual.material = PBRMaterial(
+        baseColorTexture=image,
+        baseColorFactor=color,
+        metallicFactor=0.0,
+        roughnessFactor=0.9,
+        doubleSided=True,
+    )
