@@ -19,9 +19,11 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.models.gazebo import is_gazebo_file
 from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.scene.bounds import Bounds, Robots, by_name, figure_of
+from hunav_drake.systems.scene.gazebo_visuals import AddGazeboVisuals
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
     ellipsoid,
@@ -125,8 +127,14 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
             add(plant, name, prisms, MATERIALS.get(material, WALL))
-    for model in world.models:
-        AddModelFile(plant, model.file, model.pose)
+    for i, model in enumerate(world.models):
+        if is_gazebo_file(model.file):
+            sizes = {"highest": _HIGHEST, "cut": CUT_HEIGHT}
+            AddGazeboVisuals(
+                plant, model, f"models_{i}", **sizes, whole=_WHOLE
+            )
+        else:
+            AddModelFile(plant, model.file, model.pose)
 
 
 def _AddPrisms(

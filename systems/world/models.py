@@ -40,7 +40,11 @@ from hunav_drake.systems.world.solids import (
     disc,
     rectangle,
 )
-from hunav_drake.systems.world.surfaces import Surface, mesh_solids
+from hunav_drake.systems.world.surfaces import (
+    Surface,
+    mesh_solids,
+    straightened,
+)
 
 if TYPE_CHECKING:
     from hunav_drake.systems.world.shapes import Model
@@ -88,15 +92,19 @@ def _gazebo_solids(
 ) -> ModelSolids:
     X_WM = RigidTransform(RollPitchYaw(0, 0, pose[2]), [*pose[:2], 0.0])
     solids: list[Hull | Surface] = []
+    footprints: list[Array] = []
     for part in found.collisions:
         X_WG = X_WM @ part.X_WG
         if isinstance(part.shape, MeshFile):
             corners = part.shape.triangles.reshape(-1, 3) * part.scale
             placed = (X_WG @ corners.T).T.reshape(-1, 3, 3)
-            solids += mesh_solids(placed)
+            parts = list(mesh_solids(placed))
+            footprints += map(straightened, _footprints(parts))
         else:
-            solids.append(Hull((X_WG @ _points(part.shape).T).T))
-    return ModelSolids(solids, _footprints(solids))
+            parts = [Hull((X_WG @ shape_points(part.shape).T).T)]
+            footprints += _footprints(parts)
+        solids += parts
+    return ModelSolids(solids, footprints)
 
 
 def _footprints(solids: Sequence[Hull | Surface]) -> list[Array]:
@@ -137,7 +145,7 @@ def _drake_solids(
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
         shape = inspector.GetShape(geometry)
         try:
-            points = _points(shape)
+            points = shape_points(shape)
         except RuntimeError as error:
             line = " ".join(str(error).split())
             raise WorldFileError(f"{filename}: {line:.300}") from error
@@ -151,7 +159,7 @@ def _drake_solids(
     return ModelSolids(hulls, _footprints(hulls))
 
 
-def _points(shape: Shape) -> Array:
+def shape_points(shape: Shape) -> Array:
     """Returns points (k, 3) in G of which a geometry is the convex hull."""
     if isinstance(shape, Box):
         x, y, z = shape.size() / 2

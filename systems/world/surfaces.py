@@ -135,6 +135,14 @@ def mesh_solids(triangles: Array) -> Iterator[Hull | Surface]:
         yield Surface(np.concatenate(hollow), np.concatenate(enclosing))
 
 
+def straightened(outline: Array) -> Array:
+    """Returns an outline without corners that hardly are one."""
+    ring = shapely.get_coordinates(
+        shapely.simplify(shapely.Polygon(outline), _STRAIGHT / 2)
+    )[:-1]
+    return ring if len(ring) > 2 else outline
+
+
 def _components(triangles: Array) -> Iterator[tuple[Array, bool]]:
     """Yields the connected components, and whether each is closed."""
     from scipy.sparse import coo_array

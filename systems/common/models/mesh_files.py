@@ -36,7 +36,7 @@ _FARTHEST = 1e5
 _TEXTURE = 256
 
 # The version of what is kept.
-_VERSION = 1
+_VERSION = 2
 
 # The names of textures and materials in the text of a mesh.
 _ENDING = re.compile(rb"\.(?:png|jpe?g|tga|bmp|tiff?|mtl)\b", re.I)
@@ -160,30 +160,39 @@ def _named_images(content: bytes) -> Iterator[str]:
         yield found[0].removeprefix("mtllib").strip() if found else ""
 
 
-def gltf_of(mesh: MeshFile, cut: tuple[Any, float] | None = None) -> Path:
+def gltf_of(
+    mesh: MeshFile,
+    color: tuple[float, ...] | None = None,
+    cut: tuple[Any, float] | None = None,
+) -> Path | None:
     """Returns a glTF file of a mesh, with small textures.
 
     Args:
         mesh: The mesh.
+        color: Red, green, blue and opacity instead of its own, in [0, 1].
         cut: A matrix (4, 4) from its frame to another one, and the height in
             the latter above which it is cut off.
+
+    Returns:
+        The file; None if nothing is left of the mesh.
     """
     name = mesh.key
-    if cut is not None:
-        name += hashlib.sha256(f"{cut[0].tolist()} {cut[1]}".encode()).hexdigest()
-    folder = cache_folder() / name[:72]
+    if color is not None or cut is not None:
+        text = f"{color} {cut and (cut[0].round(6).tolist(), cut[1])}"
+        name += f"_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
+    folder = cache_folder() / name
     file = folder / "model.gltf"
-    if not file.is_file():
+    if not folder.is_dir():
         draft = Path(tempfile.mkdtemp(dir=folder.parent))
         try:
             scene = _scene(mesh.path, mesh.part, mesh.is_centered)
-            for text, data in _gltf(scene, cut).items():
+            for text, data in _gltf(scene, color, cut).items():
                 (draft / text).write_bytes(data)
             if not folder.exists():
                 os.replace(draft, folder)
         finally:
             shutil.rmtree(draft, ignore_errors=True)
-    return file
+    return file if file.is_file() else None
 
 
 def _load(path: Path) -> Any:
@@ -280,23 +289,37 @@ def _triangles(scene: Any) -> Array:
     return np.concatenate([np.zeros((0, 3, 3)), *found])
 
 
-def _gltf(scene: Any, cut: tuple[Any, float] | None) -> dict[str, bytes]:
+def _gltf(
+    scene: Any, color: tuple[float, ...] | None, cut: tuple[Any, float] | None
+) -> dict[str, bytes]:
+    """Returns the files of a scene as glTF; none if nothing is left of it."""
     import trimesh
+    from trimesh.visual.material import PBRMaterial
 
+    parts = list(scene.geometry.values())
     if cut is not None:
         X, height = cut
-        back = np.linalg.inv(X)
-        normal = -X[2, :3] / np.linalg.norm(X[2, :3])
-        origin = (back @ [0.0, 0.0, height, 1.0])[:3]
-        # (The point of the plane that is on the axis may be anywhere on it.)
-        parts = [
-            part
-            for mesh in scene.geometry.values()
-            if len((part := mesh.slice_plane(origin, normal)).faces)
-        ]
-        scene = trimesh.Scene(parts)
-    for mesh in scene.geometry.values():
-        _simplify_material(mesh)
+        # The plane z = height there, in the frame of the mesh.
+        normal = -X[2, :3]
+        origin = normal * (X[2, 3] - height) / (normal @ normal)
+        parts = [mesh.slice_plane(origin, normal) for mesh in parts]
+        parts = [mesh for mesh in parts if len(mesh.faces)]
+    if not parts:
+        return {}
+    for mesh in parts:
+        image, own = color and (None, color) or _look(mesh)
+        mesh.visual = trimesh.visual.TextureVisuals(
+            uv=getattr(mesh.visual, "uv", None),
+            material=PBRMaterial(
+                baseColorTexture=image,
+                baseColorFactor=None if own is None else np.array(own),
+                metallicFactor=0.0,
+                roughnessFactor=0.9,
+                doubleSided=True,
+                alphaMode="BLEND" if own is not None and own[3] < 1 else None,
+            ),
+        )
+    scene = trimesh.Scene(parts)
     scene.apply_transform(_Y_UP)
     files: dict[str, bytes] = trimesh.exchange.gltf.export_gltf(
         scene, include_normals=True, merge_buffers=True
@@ -304,31 +327,23 @@ def _gltf(scene: Any, cut: tuple[Any, float] | None) -> dict[str, bytes]:
     return files
 
 
-def _simplify_material(mesh: Any) -> None:
-    """Makes a material of one small texture, or of a color."""
-    from trimesh.visual.material import PBRMaterial, SimpleMaterial
+def _look(mesh: Any) -> tuple[Any, Any]:
+    """Returns the small texture of a mesh, or else its color (4,)."""
+    from PIL import Image
 
     material = getattr(mesh.visual, "material", None)
     if material is None:
-        return
+        return None, mesh.visual.main_color / 255.0
     image = getattr(material, "image", None)
-    if isinstance(material, PBRMaterial):
-        image, color = material.baseColorTexture, material.baseColorFactor
-    else:
-        color = material.diffuse if isinstance(material, SimpleMaterial) else None
-    if image is not None:
+    if image is None:
+        image = getattr(material, "baseColorTexture", None)
+    if image is None or getattr(mesh.visual, "uv", None) is None:
+        return None, np.asarray(material.main_color) / 255.0
+    try:
         image = image.convert("RGB")
-        image.thumbnail((_TEXTURE, _TEXTURE))
-        data = io.BytesIO()
-        image.save(data, "JPEG", quality=80)
-        from PIL import Image
-
-        image = Image.open(data)
-        color = None
-    mesh.visual.material = PBRMaterial(
-        baseColorTexture=image,
-        baseColorFactor=color,
-        metallicFactor=0.0,
-        roughnessFactor=0.9,
-        doubleSided=True,
-    )
+    except (OSError, ValueError):
+        return None, (0.7, 0.7, 0.7, 1.0)
+    image.thumbnail((_TEXTURE, _TEXTURE))
+    data = io.BytesIO()
+    image.save(data, "JPEG", quality=80)
+    return Image.open(data), None

@@ -1,0 +1,93 @@
+"""Shows worlds and models of Gazebo: meshes with their textures."""
+
+from functools import partial
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, Mesh, Rgba, Shape
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.plant import MultibodyPlant
+
+from hunav_drake.systems.common.models.gazebo import Part, read_gazebo
+from hunav_drake.systems.common.models.mesh_files import MeshFile, gltf_of
+from hunav_drake.systems.scene.palette import WALL
+from hunav_drake.systems.scene.visuals import AddVisual
+from hunav_drake.systems.world.models import shape_points
+from hunav_drake.systems.world.shapes import Model
+
+# Floors of worlds are drawn so much above that of the scene, in meters.
+_LIFT = 0.0005
+
+
+def AddGazeboVisuals(
+    plant: MultibodyPlant,
+    model: Model,
+    stem: str,
+    *,
+    highest: float,
+    cut: float,
+    whole: str,
+) -> None:
+    """Adds what one sees of a file of Gazebo to the world body.
+
+    Args:
+        plant: The plant, which is not finalized.
+        model: The model, whose file can be read.
+        stem: The start of the geometries' names: a number follows.
+        highest: What is higher, in meters, is whole for cameras only.
+        cut: The height at which viewers see it cut, in meters.
+        whole: The end of the names of what cameras see whole.
+    """
+    found = read_gazebo(model.file, model.model_path, model.skip_missing)
+    x, y, yaw = model.pose
+    X_WM = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, _LIFT])
+    add = partial(AddVisual, plant, plant.world_body())
+    for i, part in enumerate(found.visuals):
+        X_WG = X_WM @ part.X_WG
+        color = Rgba(*part.color) if part.color else WALL
+        low, high = _heights(part, X_WG)
+        name, shape = f"{stem}_{i}", _shape(part)
+        if high <= highest:
+            add(name, shape, color, X_WG)
+            continue
+        add(name + whole, shape, color, X_WG, shown=False)
+        if low < cut:
+            rest, X_WG = _cut(part, X_WG, low, high, cut)
+            if rest is not None:
+                add(name, rest, color, X_WG, perceived=False)
+
+
+def _heights(part: Part, X_WG: RigidTransform) -> tuple[float, float]:
+    """Returns the lowest and the highest z of a part in W, in meters."""
+    if isinstance(part.shape, MeshFile):
+        points = part.shape.triangles.reshape(-1, 3) * part.scale
+    else:
+        points = shape_points(part.shape)
+    z = points @ X_WG.rotation().matrix()[2] + X_WG.translation()[2]
+    return float(z.min()), float(z.max())
+
+
+def _shape(part: Part) -> Shape:
+    if isinstance(part.shape, MeshFile):
+        file = str(gltf_of(part.shape, part.color))
+        return Mesh(file, scale3=np.array(part.scale))
+    return part.shape
+
+
+def _cut(
+    part: Part, X_WG: RigidTransform, low: float, high: float, cut: float
+) -> tuple[Shape | None, RigidTransform]:
+    """Returns the part below a height, and its pose."""
+    shape = part.shape
+    if isinstance(shape, MeshFile):
+        matrix = X_WG.GetAsMatrix4() @ np.diag([*part.scale, 1.0])
+        file = gltf_of(shape, part.color, (matrix, cut))
+        mesh = Mesh(str(file), scale3=np.array(part.scale)) if file else None
+        return mesh, X_WG
+    upright = abs(X_WG.rotation().matrix()[2, 2]) > 1 - 1e-6
+    if not upright or not isinstance(shape, Box | Cylinder):
+        return shape, X_WG
+    x, y, z = X_WG.translation()
+    moved = RigidTransform(X_WG.rotation(), [x, y, z - (high - cut) / 2])
+    if isinstance(shape, Box):
+        return Box(shape.width(), shape.depth(), cut - low), moved
+    return Cylinder(shape.radius(), cut - low), moved
