@@ -85,11 +85,12 @@ def check_maps(scenario: Scenario) -> Iterator[Finding]:
 def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
     """Yields models in files that Drake cannot render, and the reason."""
     # Imported here: most scenarios do not need Drake's parser.
-    from hunav_drake.systems.common.models import apart, reading
+    from hunav_drake.systems.common.models import apart, gazebo, reading
 
     named: list[tuple[Loc, str, dict[str, str]]] = [
         (("world", "models", i, "file"), model.file, {})
         for i, model in enumerate(world.models)
+        if not gazebo.is_gazebo_file(model.file)
     ]
     if isinstance(robot, PhysicalRobot):
         source = robot.GetModel()
@@ -99,6 +100,20 @@ def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
             reading.check_pictures(file, packages)
         except apart.ModelFault as fault:
             yield loc, str(fault)
+
+
+def world_losses(world: World) -> list[str]:
+    """Returns what readable worlds of Gazebo lack, a line for each."""
+    from hunav_drake.systems.common.models import gazebo
+
+    return [
+        line
+        for it in world.models
+        if gazebo.is_gazebo_file(it.file)
+        for line in gazebo.read_gazebo(
+            it.file, it.model_path, it.skip_missing
+        ).losses
+    ]
 
 
 def _without_unreadable(scenario: Scenario) -> World:

@@ -4,7 +4,7 @@ A map has an image, a model has meshes, textures and other models. Behavior
 trees do not count as files, since `tree_fingerprint` covers them.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 import contextlib
 import dataclasses as dc
 import hashlib
@@ -23,6 +23,7 @@ from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.world.shapes import Model
 
 _YAML = (".yaml", ".yml")
 _WAVEFRONT = (".obj", ".mtl")
@@ -111,12 +112,27 @@ def named_files(scenario: Scenario) -> list[Path]:
         for text in _free_texts(part):
             if re.search(r"\w", text) and os.path.isdir(here / text):
                 todo += _files_in(here / text)
+    for model in scenario.world.models:
+        todo += _of_gazebo(model)
     while todo:
         path = todo.pop()
         if path not in found:
             found[path] = None
             todo += _named_in(path, packages)
     return sorted(found)
+
+
+def _of_gazebo(model: Model) -> Sequence[Path]:
+    """Returns the files that a world of Gazebo names."""
+    # Imported here: most scenarios have no such world.
+    from hunav_drake.systems.common.models import apart, gazebo
+
+    with contextlib.suppress(apart.ModelFault):
+        if gazebo.is_gazebo_file(model.file):
+            return gazebo.read_gazebo(
+                model.file, model.model_path, model.skip_missing
+            ).files
+    return ()
 
 
 def _texts(data: Any) -> Iterator[str]:

@@ -8,14 +8,13 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
 from hunav_drake.systems.common.models.gazebo import Part, read_gazebo
-from hunav_drake.systems.common.models.mesh_files import MeshFile, gltf_of
-from hunav_drake.systems.scene.palette import WALL
+from hunav_drake.systems.common.models.mesh_files import MeshFile, obj_of
 from hunav_drake.systems.scene.visuals import AddVisual
 from hunav_drake.systems.world.models import shape_points
 from hunav_drake.systems.world.shapes import Model
 
-# Floors of worlds are drawn so much above that of the scene, in meters.
-_LIFT = 0.0005
+# The color of what has none.
+_PLAIN = (0.7, 0.7, 0.7, 1.0)
 
 
 def AddGazeboVisuals(
@@ -39,11 +38,12 @@ def AddGazeboVisuals(
     """
     found = read_gazebo(model.file, model.model_path, model.skip_missing)
     x, y, yaw = model.pose
-    X_WM = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, _LIFT])
+    X_WM = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0.0])
     add = partial(AddVisual, plant, plant.world_body())
     for i, part in enumerate(found.visuals):
         X_WG = X_WM @ part.X_WG
-        color = Rgba(*part.color) if part.color else WALL
+        is_mesh = isinstance(part.shape, MeshFile)
+        color = None if is_mesh else Rgba(*(part.color or _PLAIN))
         low, high = _heights(part, X_WG)
         name, shape = f"{stem}_{i}", _shape(part)
         if high <= highest:
@@ -68,7 +68,7 @@ def _heights(part: Part, X_WG: RigidTransform) -> tuple[float, float]:
 
 def _shape(part: Part) -> Shape:
     if isinstance(part.shape, MeshFile):
-        file = str(gltf_of(part.shape, part.color))
+        file = str(obj_of(part.shape, part.color))
         return Mesh(file, scale3=np.array(part.scale))
     return part.shape
 
@@ -80,7 +80,7 @@ def _cut(
     shape = part.shape
     if isinstance(shape, MeshFile):
         matrix = X_WG.GetAsMatrix4() @ np.diag([*part.scale, 1.0])
-        file = gltf_of(shape, part.color, (matrix, cut))
+        file = obj_of(shape, part.color, (matrix, cut))
         mesh = Mesh(str(file), scale3=np.array(part.scale)) if file else None
         return mesh, X_WG
     upright = abs(X_WG.rotation().matrix()[2, 2]) > 1 - 1e-6

@@ -1,6 +1,6 @@
 """Reads meshes of other programs (.dae, .stl, .obj, .gltf, .glb).
 
-They become triangles in meters, and glTF, which Drake shows. What was read is
+They become triangles in meters, and .obj, which Drake shows. What was read is
 kept in a folder on the disk, under a hash of its content.
 """
 
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import functools
 import hashlib
 import importlib.util
-import io
 import os
 from pathlib import Path
 import re
@@ -36,14 +35,14 @@ _FARTHEST = 1e5
 _TEXTURE = 256
 
 # The version of what is kept.
-_VERSION = 2
+_VERSION = 3
 
 # The names of textures and materials in the text of a mesh.
 _ENDING = re.compile(rb"\.(?:png|jpe?g|tga|bmp|tiff?|mtl)\b", re.I)
 _BEFORE = re.compile(r"[^<>\"'=\n]*$")
 
-# glTF has y upwards.
-_Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
+# From the frame of glTF, with y upwards.
+_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,12 +159,12 @@ def _named_images(content: bytes) -> Iterator[str]:
         yield found[0].removeprefix("mtllib").strip() if found else ""
 
 
-def gltf_of(
+def obj_of(
     mesh: MeshFile,
     color: tuple[float, ...] | None = None,
     cut: tuple[Any, float] | None = None,
 ) -> Path | None:
-    """Returns a glTF file of a mesh, with small textures.
+    """Returns an .obj file of a mesh, with small textures.
 
     Args:
         mesh: The mesh.
@@ -181,18 +180,34 @@ def gltf_of(
         text = f"{color} {cut and (cut[0].round(6).tolist(), cut[1])}"
         name += f"_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
     folder = cache_folder() / name
-    file = folder / "model.gltf"
+    file = folder / "model.obj"
     if not folder.is_dir():
         draft = Path(tempfile.mkdtemp(dir=folder.parent))
         try:
             scene = _scene(mesh.path, mesh.part, mesh.is_centered)
-            for text, data in _gltf(scene, color, cut).items():
-                (draft / text).write_bytes(data)
+            _write_obj(draft, _cut(scene, cut), color)
             if not folder.exists():
                 os.replace(draft, folder)
         finally:
             shutil.rmtree(draft, ignore_errors=True)
     return file if file.is_file() else None
+
+
+class _Textures:
+    """Finds the textures of a mesh, as trimesh asks for them."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def get(self, name: str) -> bytes:
+        """Returns the content of a file near the mesh."""
+        name = name.strip().removeprefix("file://").replace("\\", "/")
+        last = name.rpartition("/")[2]
+        textures = self._folder.parent / "materials" / "textures"
+        for place in (self._folder / name, textures / last):
+            if place.is_file():
+                return place.read_bytes()
+        raise FileNotFoundError(name)
 
 
 def _load(path: Path) -> Any:
@@ -209,7 +224,12 @@ def _load(path: Path) -> Any:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(path)
+            with path.open("rb") as file:
+                scene = trimesh.load_scene(
+                    file,
+                    file_type=path.suffix.lower()[1:],
+                    resolver=_Textures(path.parent),
+                )
     # Readers of damaged files raise anything.
     except Exception as error:
         words = " ".join(f"{error}".split())[:200]
@@ -236,7 +256,7 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
         mesh = mesh.copy()
         mesh.apply_transform(X)
         if path.suffix.lower() in (".gltf", ".glb"):
-            mesh.apply_transform(_Y_UP.T)
+            mesh.apply_transform(_Y_UP)
         mesh.apply_scale(unit)
         result.add_geometry(mesh)
     triangles = _triangles(result)
@@ -289,61 +309,65 @@ def _triangles(scene: Any) -> Array:
     return np.concatenate([np.zeros((0, 3, 3)), *found])
 
 
-def _gltf(
-    scene: Any, color: tuple[float, ...] | None, cut: tuple[Any, float] | None
-) -> dict[str, bytes]:
-    """Returns the files of a scene as glTF; none if nothing is left of it."""
-    import trimesh
-    from trimesh.visual.material import PBRMaterial
-
+def _cut(scene: Any, cut: tuple[Any, float] | None) -> list[Any]:
+    """Returns the meshes of a scene, cut off at a height: see `obj_of`."""
     parts = list(scene.geometry.values())
-    if cut is not None:
-        X, height = cut
-        # The plane z = height there, in the frame of the mesh.
-        normal = -X[2, :3]
-        origin = normal * (X[2, 3] - height) / (normal @ normal)
-        parts = [mesh.slice_plane(origin, normal) for mesh in parts]
-        parts = [mesh for mesh in parts if len(mesh.faces)]
-    if not parts:
-        return {}
-    for mesh in parts:
-        image, own = color and (None, color) or _look(mesh)
-        mesh.visual = trimesh.visual.TextureVisuals(
-            uv=getattr(mesh.visual, "uv", None),
-            material=PBRMaterial(
-                baseColorTexture=image,
-                baseColorFactor=None if own is None else np.array(own),
-                metallicFactor=0.0,
-                roughnessFactor=0.9,
-                doubleSided=True,
-                alphaMode="BLEND" if own is not None and own[3] < 1 else None,
-            ),
-        )
-    scene = trimesh.Scene(parts)
-    scene.apply_transform(_Y_UP)
-    files: dict[str, bytes] = trimesh.exchange.gltf.export_gltf(
-        scene, include_normals=True, merge_buffers=True
-    )
-    return files
+    if cut is None:
+        return parts
+    X, height = cut
+    # The plane z = height there, in the frame of the mesh.
+    normal = -X[2, :3]
+    origin = normal * (X[2, 3] - height) / (normal @ normal)
+    parts = [mesh.slice_plane(origin, normal) for mesh in parts]
+    return [mesh for mesh in parts if len(mesh.faces)]
+
+
+def _write_obj(
+    folder: Path, parts: list[Any], color: tuple[float, ...] | None
+) -> None:
+    """Writes model.obj with its materials; nothing if there are no parts."""
+    lines, materials = ["mtllib model.mtl"], []
+    start = 1
+    for i, mesh in enumerate(parts):
+        image, own = (None, color) if color else _look(mesh)
+        r, g, b, opacity = own
+        materials.append(f"newmtl m{i}\nKd {r:.3f} {g:.3f} {b:.3f}")
+        # (Many files have an opacity of 0, and mean 1.)
+        if 0.02 < opacity < 1:
+            materials.append(f"d {opacity:.3f}")
+        if image is not None:
+            image.save(folder / f"m{i}.png", optimize=True)
+            materials.append(f"map_Kd m{i}.png")
+        uv = getattr(mesh.visual, "uv", None)
+        if uv is None or not np.isfinite(uv).all():
+            uv = np.zeros((len(mesh.vertices), 2))
+        lines.append(f"usemtl m{i}")
+        lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
+        lines += [f"vt {u:.4f} {v:.4f}" for u, v, *_ in uv]
+        normals = mesh.vertex_normals
+        lines += [f"vn {x:.2f} {y:.2f} {z:.2f}" for x, y, z in normals]
+        for a, b, c in (mesh.faces + start).tolist():
+            lines.append(f"f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}")
+        start += len(mesh.vertices)
+    if parts:
+        (folder / "model.mtl").write_text("\n".join(materials) + "\n")
+        (folder / "model.obj").write_text("\n".join(lines) + "\n")
 
 
 def _look(mesh: Any) -> tuple[Any, Any]:
-    """Returns the small texture of a mesh, or else its color (4,)."""
-    from PIL import Image
-
+    """Returns the small texture of a mesh, or None, and its color (4,)."""
     material = getattr(mesh.visual, "material", None)
     if material is None:
         return None, mesh.visual.main_color / 255.0
     image = getattr(material, "image", None)
     if image is None:
         image = getattr(material, "baseColorTexture", None)
+    color = np.asarray(material.main_color) / 255.0
     if image is None or getattr(mesh.visual, "uv", None) is None:
-        return None, np.asarray(material.main_color) / 255.0
+        return None, color
     try:
         image = image.convert("RGB")
     except (OSError, ValueError):
-        return None, (0.7, 0.7, 0.7, 1.0)
+        return None, color
     image.thumbnail((_TEXTURE, _TEXTURE))
-    data = io.BytesIO()
-    image.save(data, "JPEG", quality=80)
-    return Image.open(data), None
+    return image.quantize(128, method=2), (1.0, 1.0, 1.0, 1.0)
