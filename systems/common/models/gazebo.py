@@ -411,6 +411,7 @@ class _Reader:
         X_WM: RigidTransform,
         state: Mapping[str, _Source],
         name: str,
+        still: bool = False,
     ) -> _Frames:
         """Adds the models in a world or in a model, with this pose."""
         included: dict[int, tuple[str, _Source, _Source]] = {}
@@ -445,10 +446,10 @@ class _Reader:
                 )
                 continue
             path = f"{name}::{own}" if name else own
-            still = model.is_true("static") or it.is_true("static")
-            if not still and not name:
-                self.movable.append(own)
-            self._placed(model, X, state.get(own), path, posed)
+            own_still = model.is_true("static") or it.is_true("static")
+            self._placed(
+                model, X, state.get(own), path, posed, still or own_still
+            )
         return frames
 
     def _included(self, include: _Source) -> _Source | None:
@@ -478,6 +479,7 @@ class _Reader:
         state: _Source | Mapping[str, _Source] | None,
         name: str,
         posed: _Source | None = None,
+        still: bool = True,
     ) -> None:
         """Adds a model whose frame, or other frame of it, has this pose."""
         scale: Triple = (1.0, 1.0, 1.0)
@@ -502,7 +504,9 @@ class _Reader:
         if placement:
             own = _Frames(model, {})
             X_WM = X_WM @ own.resolve(RigidTransform(), placement, model).inverse()
-        frames = self._members(model, X_WM, inner, name)
+        frames = self._members(model, X_WM, inner, name, still)
+        if not still and model.child("link") is not None:
+            self.movable.append(name)
         for link in model.children("link"):
             if link.name in links:
                 X_WL = links[link.name].pose()[0]
