@@ -140,8 +140,8 @@ def load_scenario(
 def tell_doubts(scenario: "Scenario", place: str = "") -> None:
     """Prints notes on a valid scenario that may not be what the user wants."""
     from hunav_drake.scenario.fleet import robot_parts
-    from hunav_drake.scenario.population import people_who_never_come
     from hunav_drake.scenario.geometry import world_losses
+    from hunav_drake.scenario.population import people_who_never_come
     from hunav_drake.scenario.randomness import is_own, same_for_all_seeds
 
     notes = [same_for_all_seeds(scenario)]

@@ -1,6 +1,7 @@
 """Makes a scenario of a world of Gazebo."""
 
 from collections.abc import Sequence
+import itertools
 import math
 import os
 from pathlib import Path
@@ -57,9 +58,7 @@ def import_world(
         humans=people,
         world=World(
             models=[
-                Model(
-                    file=file, model_path=folders, skip_missing=skip_missing
-                )
+                Model(file=file, model_path=folders, skip_missing=skip_missing)
             ]
         ),
     )
@@ -69,7 +68,7 @@ def _person(actor: Actor, name: str) -> HumanConfig:
     rows = np.array(actor.waypoints)
     places = [rows[0, 1:3]]
     length = time = 0.0
-    for before, row in zip(rows[:-1], rows[1:], strict=True):
+    for before, row in itertools.pairwise(rows):
         step = float(np.hypot(*(row[1:3] - before[1:3])))
         if step >= _APART:
             length += step
@@ -77,9 +76,9 @@ def _person(actor: Actor, name: str) -> HumanConfig:
         if np.hypot(*(row[1:3] - places[-1])) >= _APART:
             places.append(row[1:3])
     goals = places[1:]
-    if actor.loops and goals:
-        if np.hypot(*(goals[-1] - places[0])) >= _APART:
-            goals.append(places[0])
+    loops = actor.loops and len(goals) > 0
+    if loops and np.hypot(*(goals[-1] - places[0])) >= _APART:
+        goals.append(places[0])
     x, y = places[0].tolist()
     yaw = float(rows[0, 3])
     if goals:
@@ -91,6 +90,6 @@ def _person(actor: Actor, name: str) -> HumanConfig:
     )
     if goals and time > 0:
         human.desired_speed = round(float(np.clip(length / time, *_SPEEDS)), 3)
-    if actor.loops and goals:
+    if loops:
         human.cyclic = True
     return human

@@ -137,9 +137,7 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
     for i, model in enumerate(world.models):
         if is_gazebo_file(model.file):
             sizes = {"highest": _HIGHEST, "cut": CUT_HEIGHT}
-            AddGazeboVisuals(
-                plant, model, f"models_{i}", **sizes, whole=_WHOLE
-            )
+            AddGazeboVisuals(plant, model, f"models_{i}", **sizes, whole=_WHOLE)
         else:
             AddModelFile(plant, model.file, model.pose)
 

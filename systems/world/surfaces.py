@@ -183,10 +183,10 @@ def _hull_corners(triangles: Array) -> Array | None:
         return None
     # A dent is deep where the middle of a triangle, or of its sides, is far
     # inside.
-    middles = np.concatenate(
-        [triangles.mean(axis=1), (triangles + triangles[:, [1, 2, 0]]).reshape(-1, 3) / 2]
-    )
-    depth = -(middles @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+    sides = (triangles + triangles[:, [1, 2, 0]]).reshape(-1, 3) / 2
+    middles = np.concatenate([triangles.mean(axis=1), sides])
+    normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
+    depth = -(middles @ normals.T + offsets).max(axis=1)
     if depth.max() > _DENT:
         return None
     # Nothing is missing of it: an open box is no box.

@@ -154,9 +154,7 @@ _read: dict[Any, tuple[GazeboFile, tuple[int, ...]]] = {}
 
 
 def read_gazebo(
-    file: str | Path,
-    model_path: Sequence[str] = (),
-    skip_missing: bool = False,
+    file: str | Path, model_path: Sequence[str] = (), skip_missing: bool = False
 ) -> GazeboFile:
     """Reads a world or a model of Gazebo.
 
@@ -207,7 +205,9 @@ class _Source:
 
     def place(self) -> str:
         # Models have files of one name.
-        name = "/".join(self.path.parts[-2 if self.path.stem == "model" else -1 :])
+        name = "/".join(
+            self.path.parts[-2 if self.path.stem == "model" else -1 :]
+        )
         return f"{name}:{self.element.line}"
 
     def fault(self, words: object) -> _Fault:
@@ -356,7 +356,9 @@ class _Reader:
             for tag, count in sorted(self.skipped.items())
         ]
         if self.movable:
-            few = ", ".join(self.movable[:5]) + ", ..." * (len(self.movable) > 5)
+            few = ", ".join(self.movable[:5]) + ", ..." * (
+                len(self.movable) > 5
+            )
             notes.append(
                 f"{len(self.movable)} models that could move stand still: {few}"
             )
@@ -386,9 +388,9 @@ class _Reader:
         top = _Source(self.files[path], path, (*above, path))
         sdf = top.child("sdf")
         if sdf is None:
-            raise _Source(
-                top.element.children[0], path
-            ).fault("must be <sdf>, the format of Gazebo's worlds and models")
+            raise _Source(top.element.children[0], path).fault(
+                "must be <sdf>, the format of Gazebo's worlds and models"
+            )
         return sdf
 
     def _world(self, world: _Source) -> None:
@@ -503,7 +505,9 @@ class _Reader:
             inner = {it.name: it for it in state.children("model")}
         if placement:
             own = _Frames(model, {})
-            X_WM = X_WM @ own.resolve(RigidTransform(), placement, model).inverse()
+            X_WM = (
+                X_WM @ own.resolve(RigidTransform(), placement, model).inverse()
+            )
         frames = self._members(model, X_WM, inner, name, still)
         if not still and model.child("link") is not None:
             self.movable.append(name)
@@ -585,7 +589,9 @@ class _Reader:
                 return None, scale
             if child.tag in _SHAPES:
                 make, rules = _SHAPES[child.tag]
-                numbers = [n for tag, rule in rules for n in it.numbers(tag, rule)]
+                numbers = [
+                    n for tag, rule in rules for n in it.numbers(tag, rule)
+                ]
                 return make(numbers, scale), scale
             if child.tag in ("heightmap", "image", "polyline"):
                 self.losses.append(
@@ -643,12 +649,16 @@ class _Reader:
 
     def _actor(self, actor: _Source, include: _Source | None = None) -> None:
         """Adds a person: where it stands, and the waypoints of its script."""
-        posed = actor if include is None or not include.child("pose") else include
+        posed = (
+            actor if include is None or not include.child("pose") else include
+        )
         script = actor.child("script")
         rows = []
         for way in script.children("trajectory") if script else ():
             for it in way.children("waypoint"):
-                rows.append((it.numbers("time", _TIME)[0], *_flat(it.pose()[0])))
+                rows.append(
+                    (it.numbers("time", _TIME)[0], *_flat(it.pose()[0]))
+                )
         rows = rows or [(0.0, *_flat(posed.pose()[0]))]
         loops = script is not None and script.text("loop", "true") != "false"
         name = (include.text("name") if include else "") or actor.name

@@ -101,7 +101,10 @@ class Folders:
                 f"{shown(uri)} is no address of a model of Fuel; give a file"
             )
         path = Path(rest if mark else uri)
-        for place in (path, *(it / path for it in (beside, *self._roots, *self._above))):
+        for place in (
+            path,
+            *(it / path for it in (beside, *self._roots, *self._above)),
+        ):
             if (place.is_absolute() or place != path) and os.path.exists(place):
                 return place
         places = [it / path for it in (beside, *self._roots, *self._above)]

@@ -35,11 +35,13 @@ _FARTHEST = 1e5
 _TEXTURE = 256
 
 # The version of what is kept.
-_VERSION = 3
+_VERSION = 4
 
 # The names of textures and materials in the text of a mesh.
 _ENDING = re.compile(rb"\.(?:png|jpe?g|tga|bmp|tiff?|mtl)\b", re.I)
 _BEFORE = re.compile(r"[^<>\"'=\n]*$")
+
+_UNIT = re.compile(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']*)")
 
 # From the frame of glTF, with y upwards.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
@@ -229,6 +231,8 @@ def _load(path: Path) -> Any:
                     file,
                     file_type=path.suffix.lower()[1:],
                     resolver=_Textures(path.parent),
+                    # (Otherwise, what is not finite is left out in silence.)
+                    process=False,
                 )
     # Readers of damaged files raise anything.
     except Exception as error:
@@ -242,8 +246,8 @@ def _load(path: Path) -> Any:
 
 def _scene(path: Path, part: str, centered: bool) -> Any:
     """Returns a scene in meters, of checked geometry."""
-    import_error = f"the mesh {path.name}"
-    scene = _load(path)
+    subject = f"the mesh {path.name}"
+    scene, unit = _load(path), _unit(path)
     import trimesh
 
     result = trimesh.Scene()
@@ -252,7 +256,6 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
         names.append(name)
         if part and part not in (name, mesh.metadata.get("name")):
             continue
-        unit = _unit(mesh.units, path)
         mesh = mesh.copy()
         mesh.apply_transform(X)
         if path.suffix.lower() in (".gltf", ".glb"):
@@ -262,20 +265,24 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
     triangles = _triangles(result)
     if not len(triangles):
         have = f"; it has {', '.join(names[:5])}" if part and names else ""
-        what = f"no part {part!r} with triangles{have}" if part else "no triangles"
-        raise ValueError(f"{import_error} has {what}; export it anew")
+        what = (
+            f"no part {part!r} with triangles{have}" if part else "no triangles"
+        )
+        raise ValueError(f"{subject} has {what}; export it anew")
     if len(triangles) > _MOST_TRIANGLES:
         raise ValueError(
-            f"{import_error} must have at most {_MOST_TRIANGLES} triangles, got"
+            f"{subject} must have at most {_MOST_TRIANGLES} triangles, got"
             f" {len(triangles)}; simplify it"
         )
     if not np.abs(triangles).max() <= _FARTHEST:
         raise ValueError(
-            f"{import_error} has corners that are not finite, or farther than"
+            f"{subject} has corners that are not finite, or farther than"
             f" {_FARTHEST:g} m from its origin; correct them, or its unit"
         )
     if centered:
-        result.apply_translation(-result.bounds.mean(axis=0))
+        middle = result.bounds.mean(axis=0)
+        for mesh in result.geometry.values():
+            mesh.apply_translation(-middle)
     return result
 
 
@@ -288,24 +295,28 @@ def _meshes(scene: Any) -> Iterator[tuple[Any, str, Array]]:
             yield mesh, str(name), X
 
 
-def _unit(text: str | None, path: Path) -> float:
-    """Returns the length of a mesh's unit, in meters."""
-    number = (text or "").removesuffix(" * meters")
-    try:
-        unit = 1.0 if number in ("", "meters") else float(number)
-    except ValueError:
-        # Other formats have no units that Gazebo reads.
+def _unit(path: Path) -> float:
+    """Returns the length of a mesh's unit, in meters: only .dae have one."""
+    if path.suffix.lower() != ".dae":
         return 1.0
+    given = _UNIT.search(path.read_bytes())
+    text = given[1].decode(errors="replace") if given else "1"
+    try:
+        unit = float(text)
+    except ValueError:
+        unit = 0.0
     if not 1e-9 < unit < 1e9:
         raise ValueError(
-            f"the mesh {path.name} must have a unit above 0 m, got {number};"
-            " correct <unit meter=...>"
+            f"the mesh {path.name} must have a unit above 0 m, got"
+            f" {text!r:.60}; correct <unit meter=...>"
         )
     return unit
 
 
 def _triangles(scene: Any) -> Array:
-    found = [mesh.triangles.reshape(-1, 3, 3) for mesh in scene.geometry.values()]
+    found = [
+        mesh.triangles.reshape(-1, 3, 3) for mesh in scene.geometry.values()
+    ]
     return np.concatenate([np.zeros((0, 3, 3)), *found])
 
 
@@ -331,6 +342,7 @@ def _write_obj(
     for i, mesh in enumerate(parts):
         image, own = (None, color) if color else _look(mesh)
         r, g, b, opacity = own
+        mesh.merge_vertices()
         materials.append(f"newmtl m{i}\nKd {r:.3f} {g:.3f} {b:.3f}")
         # (Many files have an opacity of 0, and mean 1.)
         if 0.02 < opacity < 1:
