@@ -3,14 +3,22 @@
 from functools import partial
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder, Mesh, Rgba, Shape
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Mesh,
+    Rgba,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
 from hunav_drake.systems.common.models.gazebo import Part, read_gazebo
 from hunav_drake.systems.common.models.mesh_files import MeshFile, obj_of
 from hunav_drake.systems.scene.visuals import AddVisual
-from hunav_drake.systems.world.models import shape_points
 from hunav_drake.systems.world.shapes import Model
 
 # The color of what has none.
@@ -58,12 +66,24 @@ def AddGazeboVisuals(
 
 def _heights(part: Part, X_WG: RigidTransform) -> tuple[float, float]:
     """Returns the lowest and the highest z of a part in W, in meters."""
+    up, z = X_WG.rotation().matrix()[2], X_WG.translation()[2]
     if isinstance(part.shape, MeshFile):
-        points = part.shape.triangles.reshape(-1, 3) * part.scale
-    else:
-        points = shape_points(part.shape)
-    z = points @ X_WG.rotation().matrix()[2] + X_WG.translation()[2]
-    return float(z.min()), float(z.max())
+        heights = part.shape.triangles.reshape(-1, 3) * part.scale @ up + z
+        return float(heights.min()), float(heights.max())
+    reach = float(np.abs(up) @ _half(part.shape))
+    return z - reach, z + reach
+
+
+def _half(shape: Shape) -> list[float]:
+    """Returns half the sizes of a box around a shape, in meters."""
+    if isinstance(shape, Box):
+        return list(shape.size() / 2)
+    if isinstance(shape, Ellipsoid):
+        return [shape.a(), shape.b(), shape.c()]
+    r = shape.radius()
+    if isinstance(shape, Sphere):
+        return [r, r, r]
+    return [r, r, shape.length() / 2 + r * isinstance(shape, Capsule)]
 
 
 def _shape(part: Part) -> Shape:

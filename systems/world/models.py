@@ -8,7 +8,7 @@ models in them, have a reader of their own, and meshes their true shapes.
 from collections.abc import Sequence
 import functools
 import os
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import (
@@ -46,9 +46,6 @@ from hunav_drake.systems.world.surfaces import (
     straightened,
 )
 
-if TYPE_CHECKING:
-    from hunav_drake.systems.world.shapes import Model
-
 # The range of heights in which a geometry is an obstacle, in meters.
 WALKING_HEIGHTS = (0.05, 1.8)
 
@@ -63,19 +60,24 @@ class ModelSolids(NamedTuple):
     footprints: Sequence[Array]
 
 
-def model_solids(model: "Model") -> ModelSolids:
-    """Returns the collision geometries of the file of a model.
+def model_solids(
+    file: str,
+    pose: tuple[float, float, float],
+    model_path: Sequence[str] = (),
+    skip_missing: bool = False,
+) -> ModelSolids:
+    """Returns the collision geometries of a file.
 
-    Those of the files read last are cached, as long as these do not change.
+    Those of the files read last are cached, as long as these do not change. The
+    arguments are the fields of `Model`.
 
     Raises:
         WorldFileError: If the file cannot be read, or has no collision
             geometry.
     """
-    file, pose = model.file, model.pose
     if is_gazebo_file(file):
         try:
-            found = read_gazebo(file, model.model_path, model.skip_missing)
+            found = read_gazebo(file, model_path, skip_missing)
         except ModelFault as fault:
             raise WorldFileError(f"{file}: {fault}") from fault
         return _gazebo_solids(found, pose)
@@ -101,7 +103,7 @@ def _gazebo_solids(
             parts = list(mesh_solids(placed))
             footprints += map(straightened, _footprints(parts))
         else:
-            parts = [Hull((X_WG @ shape_points(part.shape).T).T)]
+            parts = [Hull((X_WG @ _points(part.shape).T).T)]
             footprints += _footprints(parts)
         solids += parts
     return ModelSolids(solids, footprints)
@@ -145,7 +147,7 @@ def _drake_solids(
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
         shape = inspector.GetShape(geometry)
         try:
-            points = shape_points(shape)
+            points = _points(shape)
         except RuntimeError as error:
             line = " ".join(str(error).split())
             raise WorldFileError(f"{filename}: {line:.300}") from error
@@ -159,7 +161,7 @@ def _drake_solids(
     return ModelSolids(hulls, _footprints(hulls))
 
 
-def shape_points(shape: Shape) -> Array:
+def _points(shape: Shape) -> Array:
     """Returns points (k, 3) in G of which a geometry is the convex hull."""
     if isinstance(shape, Box):
         x, y, z = shape.size() / 2

@@ -261,7 +261,8 @@ def _model_fixture(index: int, model: Model) -> Fixture:
     # Imported here, as most worlds do without Drake.
     from hunav_drake.systems.world.models import model_solids
 
-    found = model_solids(model)
+    options = model.model_path, model.skip_missing
+    found = model_solids(model.file, model.pose, *options)
     return Fixture(("models", index), found.footprints, True, found.solids)
 
 

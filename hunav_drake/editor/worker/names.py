@@ -66,8 +66,8 @@ def find_model_outlines(
     ):
         try:
             model = _MODEL.validate_python(full)
-            model.pose = (0.0, 0.0, 0.0)
-            cuts = model_solids(model).footprints
+            options = model.model_path, model.skip_missing
+            cuts = model_solids(model.file, (0, 0, 0), *options).footprints
         except (ValidationError, WorldFileError):
             # The check reports it.
             continue

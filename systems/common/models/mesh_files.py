@@ -223,6 +223,7 @@ def _load(path: Path) -> Any:
             )
     import trimesh
 
+    textures: Any = _Textures(path.parent)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -230,7 +231,7 @@ def _load(path: Path) -> Any:
                 scene = trimesh.load_scene(
                     file,
                     file_type=path.suffix.lower()[1:],
-                    resolver=_Textures(path.parent),
+                    resolver=textures,
                     # (Otherwise, what is not finite is left out in silence.)
                     process=False,
                 )
