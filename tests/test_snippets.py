@@ -28,6 +28,9 @@ RACK = """<sdf version="1.9"><model name="rack">
 <link name="rack"><collision name="rack"><pose>0 0 0.5 0 0 0</pose>
 <geometry><box><size>0.5 1 1</size></box></geometry></collision></link>
 </model></sdf>"""
+HALL = f"""<sdf version="1.6"><world name="hall"><model name="rack">
+<static>1</static><pose>2 5 0 0 0 0</pose>{RACK.split('name="rack">', 1)[1]}
+""".replace("</sdf>", "</world></sdf>")
 ROBOT = (
     FOOTPRINT.replace("left_joint", "wheel_left_joint")
     .replace("right_joint", "wheel_right_joint")
@@ -137,6 +140,7 @@ def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page, tmp_path):
     (tmp_path / "my_robot").mkdir()
     (tmp_path / "my_robot" / "package.xml").write_text("<package/>")
     (work / "rack.sdf").write_text(RACK)
+    (work / "hall.world").write_text(HALL)
     write_map(work, ["####", "#..#", "####"], name="house", origin=[9, 9, 0])
     write_tracks(work / "zara01.txt")
     for block in snippets(page, "yaml"):
@@ -161,6 +165,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("user")
     shutil.copy(ROOT / "scenarios" / "cafe.yaml", folder / "my.yaml")
     (folder / "agents.yaml").write_text(AGENTS)
+    (folder / "hall.world").write_text(HALL)
     for page, name in (
         ("own_metric", "my_metrics.py"),
         ("own_motion_model", "my_model.py"),

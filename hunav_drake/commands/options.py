@@ -140,6 +140,7 @@ def load_scenario(
 def tell_doubts(scenario: "Scenario", place: str = "") -> None:
     """Prints notes on a valid scenario that may not be what the user wants."""
     from hunav_drake.scenario.fleet import robot_parts
+    from hunav_drake.scenario.geometry import world_losses
     from hunav_drake.scenario.population import people_who_never_come
     from hunav_drake.scenario.randomness import is_own, same_for_all_seeds
 
@@ -154,6 +155,7 @@ def tell_doubts(scenario: "Scenario", place: str = "") -> None:
                 f" '{robot}.goal=[5, 0, 0]'"
             )
     notes.append(people_who_never_come(scenario))
+    notes += world_losses(scenario.world)
     for note in filter(None, notes):
         print(f"hunav: note: {place}{note}", file=sys.stderr)
 

@@ -59,12 +59,17 @@ def add_schema_options(schema: argparse.ArgumentParser) -> None:
 def add_import_options(importing: argparse.ArgumentParser) -> None:
     """Adds the options of `hunav import`."""
     importing.description = (
-        "Writes a scenario of HuNavSim's people, or of recorded ones."
+        "Writes a scenario of HuNavSim's people, of recorded ones, or of a"
+        " world of Gazebo."
     )
     importing.set_defaults(function=_import)
     importing.add_argument(
-        "agents", type=Path, nargs="?", help="the agents.yaml of HuNavSim"
+        "agents",
+        type=Path,
+        nargs="?",
+        help="the agents.yaml of HuNavSim, or a world of Gazebo (.world, .sdf)",
     )
+    _add_world_options(importing.add_argument_group("worlds of Gazebo"))
     _add_tracks_options(importing.add_argument_group("recorded people"))
     importing.add_argument(
         "--metrics", type=Path, help="the metrics.yaml of HuNavSim"
@@ -90,6 +95,28 @@ def add_import_options(importing: argparse.ArgumentParser) -> None:
         help="hunavsim: people move as in HuNavSim, with all differences",
     )
     add_output_options(importing)
+
+
+def _add_world_options(group: "argparse._ArgumentGroup") -> None:
+    """Adds the options of worlds of Gazebo."""
+    group.add_argument(
+        "--world",
+        type=Path,
+        metavar="FILE",
+        help="a world of Gazebo, beside the people of an agents.yaml",
+    )
+    group.add_argument(
+        "--model-path",
+        nargs="+",
+        default=[],
+        metavar="DIR",
+        help="folders of the models that it names",
+    )
+    group.add_argument(
+        "--skip-missing",
+        action="store_true",
+        help="leave out the models that are not there",
+    )
 
 
 def _add_tracks_options(group: "argparse._ArgumentGroup") -> None:
@@ -262,38 +289,63 @@ def _import_tracks(options: argparse.Namespace) -> int:
 
 
 def _import(options: argparse.Namespace) -> int:
-    if (options.agents is None) == (options.tracks is None):
+    if options.agents and options.agents.suffix.lower() in (".world", ".sdf"):
+        if options.world is not None:
+            raise InputError("give one world of Gazebo; leave --world out")
+        options.world, options.agents = options.agents, None
+    people = (options.agents, options.tracks)
+    if None not in people or (people == (None, None) and not options.world):
         raise InputError(
             "give either the agents.yaml of HuNavSim, or --tracks FILE with"
-            " recorded people"
+            " recorded people, or a world of Gazebo"
         )
     if options.tracks is not None:
+        if options.world:
+            raise InputError(
+                "--tracks goes with no world of Gazebo; add it to the file that"
+                " is written, as world: {models: [{file: ...}]}"
+            )
         return _import_tracks(options)
     from hunav_drake.hunavsim.agents_yaml import ImportAgents
     from hunav_drake.hunavsim.import_notes import LeftOut, group_notes
     from hunav_drake.scenario import SaveScenario, ScenarioError
+    from hunav_drake.systems.common.models.apart import ModelFault
     from hunav_drake.systems.common.plain_errors import ConfigError
 
+    notes: list[str] = []
+    places = {"start": options.start, "goal": options.goal}
+    given = {key: it for key, it in places.items() if it is not None}
     with input_errors(ScenarioError, ConfigError):
         left_out: list[LeftOut] = []
-        scenario = ImportAgents(
-            options.agents,
-            metrics_filename=options.metrics,
-            map_filename=options.map,
-            profile=options.profile,
-            left_out=left_out,
-        )
-        places = {"start": options.start, "goal": options.goal}
-        given = {key: it for key, it in places.items() if it is not None}
+        scenario = None
+        if options.agents is not None:
+            scenario = ImportAgents(
+                options.agents,
+                metrics_filename=options.metrics,
+                map_filename=options.map,
+                profile=options.profile,
+                left_out=left_out,
+            )
+        if options.world is not None:
+            try:
+                scenario = _in_world(options, scenario, notes)
+            except ModelFault as fault:
+                raise InputError(f"{options.world}: {fault}") from fault
+        assert scenario is not None
         robot = dataclasses.replace(scenario.robot, **given)
+    # Paths are relative to the file that is written.
+    folder = options.output.parent if options.output else "."
     world = scenario.world
     if world.map:
-        # Paths are relative to the file that is written.
-        folder = options.output.parent if options.output else "."
         relative = os.path.relpath(world.map, folder)
         world = dataclasses.replace(world, map=relative)
+    for model in world.models:
+        model.file = os.path.relpath(model.file, folder)
+        model.model_path = [
+            os.path.relpath(it, folder) for it in model.model_path
+        ]
     scenario = dataclasses.replace(scenario, robot=robot, world=world)
-    for line in group_notes(left_out):
+    for line in [*notes, *group_notes(left_out)]:
         print(line, file=sys.stderr)
     if len(given) < len(places):
         missing = [key for key in places if key not in given]
@@ -305,11 +357,37 @@ def _import(options: argparse.Namespace) -> int:
             f"{stands}; add {give}, or set {keys}",
             file=sys.stderr,
         )
-    done = (
-        f"Wrote {len(scenario.humans)} people"
-        f"{' and their map' if scenario.world.map else ''} to {options.output}"
-    )
+    parts = [f"{len(scenario.humans)} people"]
+    parts += ["their map"] * bool(world.map) + ["a world"] * bool(world.models)
+    done = f"Wrote {' and '.join(parts)} to {options.output}"
     return write_output(SaveScenario(scenario), options, done)
+
+
+def _in_world(
+    options: argparse.Namespace, people: "Scenario | None", notes: list[str]
+) -> "Scenario":
+    """Returns a scenario in a world of Gazebo, perhaps with other people."""
+    from hunav_drake.scenario.gazebo_import import import_world
+
+    if people is None and (
+        options.metrics or options.map or options.profile != "default"
+    ):
+        raise InputError(
+            "--metrics, --map and --profile are for an agents.yaml of HuNavSim;"
+            " give one, and the world by --world"
+        )
+    scenario = import_world(
+        options.world, options.model_path, options.skip_missing, notes
+    )
+    if people is None:
+        return scenario
+    if scenario.humans:
+        notes.append(
+            f"{len(scenario.humans)} actors of {options.world.name}: those of"
+            f" {options.agents.name} are taken instead"
+        )
+    world = dataclasses.replace(people.world, models=scenario.world.models)
+    return dataclasses.replace(people, world=world)
 
 
 def _new(options: argparse.Namespace) -> int:

@@ -92,6 +92,12 @@ def _change_world_files(data: Any, change: Change) -> None:
         path = child(holder, key)
         if isinstance(path, str) and path and "://" not in path:
             holder[key] = change(path)
+        folders = child(holder, "model_path")
+        if isinstance(folders, list):
+            holder["model_path"] = [
+                change(it) if isinstance(it, str) and it else it
+                for it in folders
+            ]
 
 
 def _change_model(data: Any, change: Change) -> None:

@@ -23,6 +23,9 @@ from hunav_drake.systems.world.solids import Fixture, WorldFileError
 # Points closer than this are the same, in meters.
 _SAME = 1e-9
 
+# The number of lines about the losses of a world.
+_MOST_LOSSES = 3
+
 # At most so many pairs of a wall and a place near it are checked.
 _MAX_LOOKS = 10**6
 
@@ -85,11 +88,12 @@ def check_maps(scenario: Scenario) -> Iterator[Finding]:
 def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
     """Yields models in files that Drake cannot render, and the reason."""
     # Imported here: most scenarios do not need Drake's parser.
-    from hunav_drake.systems.common.models import apart, reading
+    from hunav_drake.systems.common.models import apart, gazebo, reading
 
     named: list[tuple[Loc, str, dict[str, str], dict[str, str]]] = [
         (("world", "models", i, "file"), model.file, {}, {})
         for i, model in enumerate(world.models)
+        if not gazebo.is_gazebo_file(model.file)
     ]
     if isinstance(robot, PhysicalRobot):
         source = robot.GetModel()
@@ -100,6 +104,25 @@ def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
             reading.check_pictures(file, packages, values)
         except apart.ModelFault as fault:
             yield loc, str(fault)
+
+
+def world_losses(world: World) -> list[str]:
+    """Returns what readable worlds of Gazebo lack: a few lines for each."""
+    from hunav_drake.systems.common.models import gazebo
+
+    lines = []
+    for it in world.models:
+        if gazebo.is_gazebo_file(it.file):
+            found = gazebo.read_gazebo(
+                it.file, it.model_path, it.skip_missing
+            ).losses
+            lines += [line[:200] for line in found[:_MOST_LOSSES]]
+            if len(found) > _MOST_LOSSES:
+                lines.append(
+                    f"{it.file}: {len(found) - _MOST_LOSSES} more of its parts"
+                    " are lost; `hunav import` of it lists all"
+                )
+    return lines
 
 
 def _without_unreadable(scenario: Scenario) -> World:

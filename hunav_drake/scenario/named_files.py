@@ -4,7 +4,7 @@ A map has an image, a model has meshes, textures and other models. Behavior
 trees do not count as files, since `tree_fingerprint` covers them.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 import contextlib
 import dataclasses as dc
 import hashlib
@@ -24,6 +24,7 @@ from hunav_drake.scenario.population import draw_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.robot import UrdfRobot
+from hunav_drake.systems.world.shapes import Model
 
 _YAML = (".yaml", ".yml")
 _WAVEFRONT = (".obj", ".mtl")
@@ -115,6 +116,8 @@ def named_files(scenario: Scenario) -> list[Path]:
     for robot in (it.robot for it in robots):
         if isinstance(robot, UrdfRobot):
             todo += _xacro_files(robot, packages)
+    for model in scenario.world.models:
+        todo += _of_gazebo(model)
     while todo:
         path = todo.pop()
         if path not in found:
@@ -144,6 +147,19 @@ def _xacro_files(robot: UrdfRobot, packages: Mapping[str, Path]) -> list[Path]:
     named = [it[1] for it in _MARKED[0].finditer(found.text)]
     meshes = (it for name in named for it in _find(name, [folder], known))
     return [*(it.resolve() for it in found.files), *meshes]
+
+
+def _of_gazebo(model: Model) -> Sequence[Path]:
+    """Returns the files that a world of Gazebo names."""
+    # Imported here: most scenarios have no such world.
+    from hunav_drake.systems.common.models import apart, gazebo
+
+    with contextlib.suppress(apart.ModelFault):
+        if gazebo.is_gazebo_file(model.file):
+            return gazebo.read_gazebo(
+                model.file, model.model_path, model.skip_missing
+            ).files
+    return ()
 
 
 def _texts(data: Any) -> Iterator[str]:

@@ -142,7 +142,8 @@ def AddScene(
     plant = MultibodyPlant(time_step=0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
 
-    AddFloor(plant, scene_bounds(world, humans, robot, margin=FLOOR_MARGIN))
+    bounds = scene_bounds(world, humans, robot, margin=FLOOR_MARGIN)
+    AddFloor(plant, bounds, world)
     AddWorld(plant, world)
     AddGoalMarks(plant, humans, robot)
     robots = by_name(robot)

@@ -19,9 +19,11 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.models.gazebo import is_gazebo_file
 from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.scene.bounds import Bounds, Robots, by_name, figure_of
+from hunav_drake.systems.scene.gazebo_visuals import AddGazeboVisuals
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
     ellipsoid,
@@ -70,8 +72,12 @@ _MARK_LOW, _MARK_HIGH = 0.001, 0.004
 _GOAL_LEVELS = 6
 
 
-def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
+def AddFloor(
+    plant: MultibodyPlant, bounds: Bounds, world: World | None = None
+) -> None:
     """Adds a floor of two shades of tiles, with its top at z = 0.
+
+    It is 1 cm lower in worlds of Gazebo, which have floors of their own.
 
     The tiles are 1 m wide (a power of ten in large worlds) and lie at multiples
     of that in W, so that the floor is a scale.
@@ -91,13 +97,16 @@ def AddFloor(plant: MultibodyPlant, bounds: Bounds) -> None:
             shades[odd].append(
                 [(x, y), (x_next, y), (x_next, y_next), (x, y_next)]
             )
-    world = plant.world_body()
+    models = world.models if world else ()
+    top = -0.01 if any(is_gazebo_file(it.file) for it in models) else 0.0
+    body = plant.world_body()
     for i, (tiles, color) in enumerate(zip(shades, FLOOR, strict=True)):
         if tiles:
-            AddVisual(plant, world, f"tiles_{i}", lay(tiles, 0.0), color)
+            AddVisual(plant, body, f"tiles_{i}", lay(tiles, top), color)
     slab = BoxShape(*bounds.size, _SLAB_THICKNESS)
-    X_WG = RigidTransform([*bounds.center, -_SLAB_DEPTH - _SLAB_THICKNESS / 2])
-    AddVisual(plant, world, "floor", slab, FLOOR[1], X_WG)
+    z = top - _SLAB_DEPTH - _SLAB_THICKNESS / 2
+    X_WG = RigidTransform([*bounds.center, z])
+    AddVisual(plant, body, "floor", slab, FLOOR[1], X_WG)
 
 
 def AddWorld(plant: MultibodyPlant, world: World) -> None:
@@ -125,8 +134,12 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
             add(plant, name, prisms, MATERIALS.get(material, WALL))
-    for model in world.models:
-        AddModelFile(plant, model.file, model.pose)
+    for i, model in enumerate(world.models):
+        if is_gazebo_file(model.file):
+            sizes = {"highest": _HIGHEST, "cut": CUT_HEIGHT}
+            AddGazeboVisuals(plant, model, f"models_{i}", **sizes, whole=_WHOLE)
+        else:
+            AddModelFile(plant, model.file, model.pose)
 
 
 def _AddPrisms(
@@ -184,9 +197,10 @@ def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
         scene_graph.RemoveRole(source, whole, Role.kPerception)
         for part in parts:
             properties = inspector.GetIllustrationProperties(shown[part])
-            color = properties.GetProperty("phong", "diffuse")
             perception = PerceptionProperties()
-            perception.AddProperty("phong", "diffuse", color)
+            if properties.HasProperty("phong", "diffuse"):
+                color = properties.GetProperty("phong", "diffuse")
+                perception.AddProperty("phong", "diffuse", color)
             scene_graph.AssignRole(source, shown[part], perception)
 
 

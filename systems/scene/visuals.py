@@ -3,6 +3,7 @@
 from pydrake.common import MemoryFile
 from pydrake.geometry import (
     GeometryInstance,
+    IllustrationProperties,
     InMemoryMesh,
     MakePhongIllustrationProperties,
     Mesh,
@@ -23,7 +24,7 @@ def AddVisual(
     body: RigidBody,
     name: str,
     shape: Shape | TriangleMesh,
-    color: Rgba,
+    color: Rgba | None,
     X_BG: RigidTransform | None = None,
     *,
     perceived: bool = True,
@@ -32,23 +33,26 @@ def AddVisual(
     """Adds visible geometry to a body B; it never collides.
 
     Simulated cameras see it only if it is `perceived`, and viewers of Meshcat
-    only if it is `shown`.
+    only if it is `shown`. Without a color, it has that of its file.
     """
     if isinstance(shape, TriangleMesh):
         file = MemoryFile(shape.to_obj(), ".obj", name)
         shape = Mesh(InMemoryMesh(mesh_file=file))
     X_BG = X_BG or RigidTransform()
-    if perceived and shown:
+    if perceived and shown and color is not None:
         plant.RegisterVisualGeometry(body, X_BG, shape, name, color.rgba)
     else:
         instance = GeometryInstance(X_BG, shape, name)
         if shown:
             instance.set_illustration_properties(
-                MakePhongIllustrationProperties(color.rgba)
+                IllustrationProperties()
+                if color is None
+                else MakePhongIllustrationProperties(color.rgba)
             )
         if perceived:
             properties = PerceptionProperties()
-            properties.AddProperty("phong", "diffuse", color)
+            if color is not None:
+                properties.AddProperty("phong", "diffuse", color)
             instance.set_perception_properties(properties)
         plant.RegisterVisualGeometry(body, instance)
 

@@ -97,7 +97,7 @@ def _bends(
     corners = corners.reshape(-1, 4)
     turns = corners[:, 3]
     quarters = np.ceil(np.abs(turns) / (math.pi / 2) - _STRAIGHT)
-    counts = parts * quarters.astype(np.int64)
+    counts = parts * np.maximum(quarters, 1).astype(np.int64)
     which = np.repeat(np.arange(len(corners)), counts)
     step = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
     x, y, normal, turn = corners[which].T

@@ -1,11 +1,14 @@
 """The collision geometry of models of files, as obstacles of people.
 
-Drake reads the models. Each collision geometry counts as its convex hull, as
-in Drake's contacts of meshes.
+Drake reads models; each collision geometry counts as its convex hull, as in
+Drake's contacts of meshes. Worlds of Gazebo, and models with meshes or other
+models in them, have a reader of their own, and meshes their true shapes.
 """
 
+from collections.abc import Sequence
 import functools
 import os
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import (
@@ -18,16 +21,29 @@ from pydrake.geometry import (
     Shape,
     Sphere,
 )
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.models.apart import ModelFault
+from hunav_drake.systems.common.models.gazebo import (
+    GazeboFile,
+    is_gazebo_file,
+    read_gazebo,
+)
+from hunav_drake.systems.common.models.mesh_files import MeshFile
 from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.world.solids import (
     Hull,
     WorldFileError,
     disc,
     rectangle,
+)
+from hunav_drake.systems.world.surfaces import (
+    Surface,
+    mesh_solids,
+    straightened,
 )
 
 # The range of heights in which a geometry is an obstacle, in meters.
@@ -37,34 +53,77 @@ WALKING_HEIGHTS = (0.05, 1.8)
 _RINGS = 9
 
 
-def model_hulls(
-    filename: str, pose: tuple[float, float, float]
-) -> tuple[Hull, ...]:
-    """Returns the convex hulls of a file's collision geometries, in W.
+class ModelSolids(NamedTuple):
+    """The solids of a file, and their outlines at walking heights, in W."""
 
-    Those of the files read last are cached, as long as these do not change. See
-    `AddModelFile` for the arguments.
+    solids: Sequence[Hull | Surface]
+    footprints: Sequence[Array]
+
+
+def model_solids(
+    file: str,
+    pose: tuple[float, float, float],
+    model_path: Sequence[str] = (),
+    skip_missing: bool = False,
+) -> ModelSolids:
+    """Returns the collision geometries of a file.
+
+    Those of the files read last are cached, as long as these do not change. The
+    arguments are the fields of `Model`.
 
     Raises:
         WorldFileError: If the file cannot be read, or has no collision
             geometry.
     """
+    if is_gazebo_file(file):
+        try:
+            found = read_gazebo(file, model_path, skip_missing)
+        except ModelFault as fault:
+            raise WorldFileError(f"{file}: {fault}") from fault
+        return _gazebo_solids(found, pose)
     try:
-        stamp = os.stat(filename).st_mtime_ns
+        stamp = os.stat(file).st_mtime_ns
     except (OSError, ValueError):
         stamp = 0
-    return _model_hulls(filename, pose, stamp)
-
-
-def footprint(hull: Hull) -> Array | None:
-    """Returns the outline of a hull at walking heights; None without one."""
-    return hull.slice(*WALKING_HEIGHTS)
+    return _drake_solids(file, pose, stamp)
 
 
 @functools.lru_cache(maxsize=64)
-def _model_hulls(
+def _gazebo_solids(
+    found: GazeboFile, pose: tuple[float, float, float]
+) -> ModelSolids:
+    X_WM = RigidTransform(RollPitchYaw(0, 0, pose[2]), [*pose[:2], 0.0])
+    solids: list[Hull | Surface] = []
+    footprints: list[Array] = []
+    for part in found.collisions:
+        X_WG = X_WM @ part.X_WG
+        if isinstance(part.shape, MeshFile):
+            corners = part.shape.triangles.reshape(-1, 3) * part.scale
+            placed = (X_WG @ corners.T).T.reshape(-1, 3, 3)
+            parts = list(mesh_solids(placed))
+            footprints += map(straightened, _footprints(parts))
+        else:
+            parts = [Hull((X_WG @ _points(part.shape).T).T)]
+            footprints += _footprints(parts)
+        solids += parts
+    return ModelSolids(solids, footprints)
+
+
+def _footprints(solids: Sequence[Hull | Surface]) -> list[Array]:
+    """Returns the outlines of solids at walking heights."""
+    found = []
+    for solid in solids:
+        if isinstance(solid, Surface):
+            found += solid.slices(*WALKING_HEIGHTS)
+        elif (outline := solid.slice(*WALKING_HEIGHTS)) is not None:
+            found.append(outline)
+    return found
+
+
+@functools.lru_cache(maxsize=64)
+def _drake_solids(
     filename: str, pose: tuple[float, float, float], stamp: int
-) -> tuple[Hull, ...]:
+) -> ModelSolids:
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
     plant = builder.AddSystem(MultibodyPlant(time_step=0.0))
@@ -84,7 +143,7 @@ def _model_hulls(
         scene_graph.GetMyContextFromRoot(context)
     )
     inspector = query.inspector()
-    hulls = []
+    hulls: list[Hull | Surface] = []
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
         shape = inspector.GetShape(geometry)
         try:
@@ -99,7 +158,7 @@ def _model_hulls(
             f"{filename}: must have collision geometry, which people and robots"
             " walk around"
         )
-    return tuple(hulls)
+    return ModelSolids(hulls, _footprints(hulls))
 
 
 def _points(shape: Shape) -> Array:

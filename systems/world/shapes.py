@@ -6,7 +6,7 @@ from dataclasses import field
 from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, StrictBool
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
@@ -142,10 +142,11 @@ class Polyline(Wall):
 @plain_errors
 @dataclass(kw_only=True, config=CONFIG)
 class Model:
-    """Models of a file, read by Drake: SDF, URDF or model directives.
+    """Models of a file: SDF, a world of Gazebo, URDF or model directives.
 
     People and robots walk around its collision geometries between 0.05 and
-    1.8 m, each as its convex hull.
+    1.8 m: around meshes of worlds and models of Gazebo as they are, around
+    those of other files as their convex hulls.
     """
 
     name: Name = ""
@@ -157,6 +158,15 @@ class Model:
 
     pose: Pose = (0.0, 0.0, 0.0)
     """Pose (x, y, yaw) in W, in meters and radians."""
+
+    model_path: list[FilePath] = field(default_factory=list)
+    """Folders in which the models that a world of Gazebo names are searched
+    first: then follow those of GAZEBO_MODEL_PATH, GZ_SIM_RESOURCE_PATH and the
+    like, folders named `models` near the file, and those of Fuel."""
+
+    skip_missing: StrictBool = False
+    """Whether models that a world of Gazebo names, and that are not there, are
+    left out; otherwise they are faults."""
 
 
 @plain_errors
@@ -222,7 +232,7 @@ class World:
             (outline, solid.closed)
             for fixture in self.fixtures()
             for solid in fixture.solids
-            if (outline := solid.cut(height)) is not None
+            for outline in solid.cuts(height)
         ]
         return _obstacles(cuts)
 
@@ -265,13 +275,11 @@ def _map_fixtures(filename: str | None) -> list[Fixture]:
 
 def _model_fixture(index: int, model: Model) -> Fixture:
     # Imported here, as most worlds do without Drake.
-    from hunav_drake.systems.world.models import footprint, model_hulls
+    from hunav_drake.systems.world.models import model_solids
 
-    hulls = model_hulls(model.file, model.pose)
-    footprints = [
-        outline for hull in hulls if (outline := footprint(hull)) is not None
-    ]
-    return Fixture(("models", index), footprints, True, hulls)
+    options = model.model_path, model.skip_missing
+    found = model_solids(model.file, model.pose, *options)
+    return Fixture(("models", index), found.footprints, True, found.solids)
 
 
 def _obstacles(shapes: Sequence[tuple[Array, bool]]) -> Obstacles:

@@ -34,14 +34,14 @@ class Solid(Protocol):
         """Whether its cuts enclose an inside; those of a thin wall do not."""
         ...
 
-    def cut(self, height: float) -> Array | None:
-        """Returns the cut of a horizontal plane with it; None if none.
+    def cuts(self, height: float) -> Sequence[Array]:
+        """Returns the cuts of a horizontal plane with it.
 
         Args:
             height: The height of the plane over the floor, in meters.
 
         Returns:
-            The outline, shape (k, 2) in W, in meters.
+            The outlines, each (k, 2) in W, in meters; empty if there are none.
         """
         ...
 
@@ -69,6 +69,11 @@ class Prism:
         """Returns the outline if the height is in [low, high)."""
         return self.outline if self.low <= height < self.high else None
 
+    def cuts(self, height: float) -> list[Array]:
+        """Returns the cut of a horizontal plane with it, if any."""
+        outline = self.cut(height)
+        return [] if outline is None else [outline]
+
 
 @dataclass(frozen=True, eq=False)
 class Hull:
@@ -80,6 +85,11 @@ class Hull:
     def cut(self, height: float) -> Array | None:
         """Returns the convex polygon that a plane cuts out of it."""
         return self.slice(height, height)
+
+    def cuts(self, height: float) -> list[Array]:
+        """Returns the cut of a horizontal plane with it, if any."""
+        outline = self.cut(height)
+        return [] if outline is None else [outline]
 
     def slice(self, low: float, high: float) -> Array | None:
         """Returns the outline of the part between two heights, from above.

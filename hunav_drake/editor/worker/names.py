@@ -11,7 +11,7 @@ from hunav_drake.scenario.checks import ALL_CHECKS
 from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.file_paths import find_files
 from hunav_drake.scenario.yaml_source import parse_yaml
-from hunav_drake.systems.world.models import footprint, model_hulls
+from hunav_drake.systems.world.models import model_solids
 from hunav_drake.systems.world.shapes import Model
 from hunav_drake.systems.world.solids import WorldFileError
 
@@ -66,11 +66,11 @@ def find_model_outlines(
     ):
         try:
             model = _MODEL.validate_python(full)
-            hulls = model_hulls(model.file, (0.0, 0.0, 0.0))
+            options = model.model_path, model.skip_missing
+            cuts = model_solids(model.file, (0, 0, 0), *options).footprints
         except (ValidationError, WorldFileError):
             # The check reports it.
             continue
-        cuts = [it for hull in hulls if (it := footprint(hull)) is not None]
         found[data["file"]] = [it.round(4).tolist() for it in cuts]
     return found
 

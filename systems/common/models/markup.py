@@ -54,7 +54,7 @@ class Element:
 
 
 @dataclass(frozen=True)
-class _Rule:
+class Rule:
     """A rule for numbers, each in [low, high], or (low, high] if it is open.
 
     There must be one of `counts` of them; if `not_zero` is "each", none may be
@@ -91,10 +91,10 @@ class _Rule:
         return ""
 
 
-_NUMBER, _POINT, _LEAST_0 = _Rule(), _Rule((3,)), _Rule(low=0.0)
-_LENGTH = _Rule(low=0.0, high=_SIZE, is_open=True)
-_SIDES = _Rule((3,), 0.0, _SIZE, is_open=True)
-_SCALE = _Rule((3, 1), not_zero="each")
+_NUMBER, _POINT, _LEAST_0 = Rule(), Rule((3,)), Rule(low=0.0)
+_LENGTH = Rule(low=0.0, high=_SIZE, is_open=True)
+_SIDES = Rule((3,), 0.0, _SIZE, is_open=True)
+_SCALE = Rule((3, 1), not_zero="each")
 _SHAPES = {
     ("box", "size"): _SIDES,
     ("sphere", "radius"): _LENGTH,
@@ -119,7 +119,7 @@ _URDF = {
     ("origin", "xyz"): _POINT,
     ("origin", "rpy"): _POINT,
     ("mass", "value"): _LEAST_0,
-    ("axis", "xyz"): _Rule((3,), not_zero="all"),
+    ("axis", "xyz"): Rule((3,), not_zero="all"),
     ("limit", "lower"): _NUMBER,
     ("limit", "upper"): _NUMBER,
     ("limit", "effort"): _LEAST_0,
@@ -140,13 +140,14 @@ _SDF = {
 }
 
 
-def find_markup_fault(path: Path, text: str | None = None) -> str:
-    """Returns the first fault of a file of XML, with its line; empty if none.
+def parse_markup(path: Path, text: str | None = None) -> Element:
+    """Returns the elements of a file of XML, in one without a name.
 
     The `text` is what is read in place of its content, if there is any.
 
     Raises:
         OSError: If it cannot be read.
+        ValueError: If it is not XML; the text has the place.
     """
     # Like Drake, it does not check name spaces.
     parser = expat.ParserCreate()
@@ -176,7 +177,24 @@ def find_markup_fault(path: Path, text: str | None = None) -> str:
         parser.Parse(path.read_bytes() if text is None else text, True)
     except (expat.ExpatError, ValueError, LookupError) as error:
         line = parser.CurrentLineNumber
-        return f"{path.name}:{line}: Error parsing XML: {error}"
+        raise ValueError(
+            f"{path.name}:{line}: Error parsing XML: {error}"
+        ) from error
+    return top
+
+
+def find_markup_fault(path: Path, text: str | None = None) -> str:
+    """Returns the first fault of a file of XML, with its line; empty if none.
+
+    See `parse_markup` for the arguments.
+
+    Raises:
+        OSError: If it cannot be read.
+    """
+    try:
+        top = parse_markup(path, text)
+    except ValueError as error:
+        return str(error)
     for element, message in _faults(top):
         return f"{path.name}:{element.line}: {message}"
     return ""

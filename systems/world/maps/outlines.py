@@ -71,7 +71,7 @@ def outlines(occupied: Mask) -> list[Array]:
             result.append(solid[0])
             continue
         for polygon in _polygons(solid):
-            result += list(_without_holes(polygon))
+            result += list(without_holes(polygon))
     return result
 
 
@@ -215,7 +215,7 @@ def _area(ring: Array) -> float:
     return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def _without_holes(polygon: shapely.Polygon) -> Iterator[Array]:
+def without_holes(polygon: shapely.Polygon) -> Iterator[Array]:
     """Yields pieces of a polygon without holes, counter-clockwise."""
     todo = [polygon]
     while todo:

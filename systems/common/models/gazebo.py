@@ -1,0 +1,725 @@
+"""Reads Gazebo's worlds and models: SDF that Drake does not read as such.
+
+A world names models of other folders, has meshes that Drake does not know, and
+elements of a simulator. It becomes a list of shapes, each with its pose. All
+that could move stands where it begins.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+import functools
+import math
+import os
+from pathlib import Path
+import re
+from typing import Any
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+
+from hunav_drake.systems.common.models.apart import ModelFault
+from hunav_drake.systems.common.models.gazebo_folders import (
+    VARIABLES,
+    Folders,
+    model_file,
+)
+from hunav_drake.systems.common.models.markup import Element, Rule, parse_markup
+from hunav_drake.systems.common.models.mesh_files import MeshFile, read_mesh
+from hunav_drake.systems.common.suggest import shown
+
+# What a text has that is for this reader, and not for Drake's.
+_OURS = re.compile(rb"<world\b|<include\b|<mesh\b|<actor\b")
+
+# Models of the simulator: here, a trial has a floor, and views have light.
+_SCENERY = ("sun", "ground_plane", "ground plane")
+
+# The largest number of files in each other, and of shapes.
+_DEEPEST = 30
+_MOST_SHAPES = 50_000
+
+# The farthest that something may be, in meters.
+_FAR = 1e5
+_POSE = Rule((6,), -1e12, 1e12)
+_QUATERNION = Rule((7,), -1e12, 1e12)
+_COLOR = Rule((4, 3), 0.0, 1.0)
+_TIME = Rule((1,), 0.0, 1e9)
+_SIDES = Rule((3,), 0.0, _FAR, is_open=True)
+_LENGTH = Rule((1,), 0.0, _FAR, is_open=True)
+_SCALE = Rule((3, 1), -1e4, 1e4, not_zero="each")
+_GREY = (0.7, 0.7, 0.7, 1.0)
+_NAMED = {
+    "white": (1, 1, 1, 1),
+    "black": (0.1, 0.1, 0.1, 1),
+    "grey": _GREY,
+    "darkgrey": (0.35, 0.35, 0.35, 1),
+    "red": (0.8, 0.1, 0.1, 1),
+    "green": (0.1, 0.7, 0.1, 1),
+    "blue": (0.1, 0.2, 0.8, 1),
+    "yellow": (0.9, 0.8, 0.1, 1),
+    "orange": (0.95, 0.5, 0.1, 1),
+    "purple": (0.5, 0.1, 0.6, 1),
+    "wood": (0.6, 0.42, 0.25, 1),
+    "bricks": (0.6, 0.32, 0.25, 1),
+}
+
+Color = tuple[float, float, float, float]
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A shape of a model.
+
+    Attributes:
+        name: Its name, unique in the file.
+        place: File and line of its element.
+        X_WG: Its pose in the frame of the file.
+        shape: A shape of Drake's, or a mesh.
+        scale: The scale of a mesh along its axes.
+        color: Red, green, blue and opacity, in [0, 1]; None is that of the
+            mesh.
+    """
+
+    name: str
+    place: str
+    X_WG: RigidTransform
+    shape: Shape | MeshFile
+    scale: Triple = (1.0, 1.0, 1.0)
+    color: Color | None = None
+
+    def matrix(self) -> Any:
+        """Returns the matrix (4, 4) from the mesh to the frame of the file."""
+        return self.X_WG.GetAsMatrix4() @ np.diag([*self.scale, 1.0])
+
+
+@dataclass(frozen=True)
+class Actor:
+    """A person in a world.
+
+    Attributes:
+        name: The name.
+        place: File and line of its element.
+        waypoints: Rows (time, x, y, yaw), in s, m and rad.
+        loops: Whether the first one follows the last.
+    """
+
+    name: str
+    place: str
+    waypoints: tuple[tuple[float, float, float, float], ...]
+    loops: bool
+
+
+@dataclass(frozen=True, eq=False)
+class GazeboFile:
+    """What is in a file of Gazebo.
+
+    Attributes:
+        visuals: What one sees.
+        collisions: What one runs into.
+        actors: The people.
+        losses: What should be there and is not, a line for each.
+        notes: What has no meaning here, a line for each kind.
+        files: All files that were read.
+    """
+
+    visuals: tuple[Part, ...]
+    collisions: tuple[Part, ...]
+    actors: tuple[Actor, ...]
+    losses: tuple[str, ...]
+    notes: tuple[str, ...]
+    files: tuple[Path, ...]
+
+
+def is_gazebo_file(file: str | Path) -> bool:
+    """Returns whether this reads a file, and not Drake's parser.
+
+    It is a .world; or a .sdf with a world, an include, an actor or a mesh.
+    """
+    path = Path(file)
+    if path.suffix.lower() == ".world":
+        return True
+    try:
+        return path.suffix.lower() == ".sdf" and bool(
+            _OURS.search(path.read_bytes())
+        )
+    except (OSError, ValueError):
+        return False
+
+
+# The files read last, with the times of all that they name.
+_read: dict[Any, tuple[GazeboFile, tuple[int, ...]]] = {}
+
+
+def read_gazebo(
+    file: str | Path, model_path: Sequence[str] = (), skip_missing: bool = False
+) -> GazeboFile:
+    """Reads a world or a model of Gazebo.
+
+    The files read last are remembered, as long as none of them changes.
+
+    Args:
+        file: The file.
+        model_path: Folders in which models are searched first.
+        skip_missing: Whether models that are not there are losses, no faults.
+
+    Raises:
+        ModelFault: If it cannot be read, with file, line and remedy.
+    """
+    path = Path(os.path.abspath(file))
+    variables = tuple(os.environ.get(name, "") for name in VARIABLES)
+    key = path, tuple(model_path), skip_missing, variables
+    if key in _read and _stamps(_read[key][0].files) == _read[key][1]:
+        return _read[key][0]
+    found = _Reader(path, model_path, skip_missing).read()
+    while len(_read) > 31:
+        _read.pop(next(iter(_read)))
+    _read[key] = found, _stamps(found.files)
+    return found
+
+
+def _stamps(files: Sequence[Path]) -> tuple[int, ...]:
+    try:
+        return tuple(os.stat(it).st_mtime_ns for it in files)
+    except OSError:
+        return ()
+
+
+class _Fault(ValueError):
+    """A fault of an element; the text has file, line, rule and remedy."""
+
+
+class _Missing(_Fault):
+    """A model that is not there."""
+
+
+@dataclass(frozen=True)
+class _Source:
+    """An element, the file that it is in, and those that include this one."""
+
+    element: Element
+    path: Path
+    above: tuple[Path, ...] = ()
+
+    def place(self) -> str:
+        # Models have files of one name.
+        name = "/".join(
+            self.path.parts[-2 if self.path.stem == "model" else -1 :]
+        )
+        return f"{name}:{self.element.line}"
+
+    def fault(self, words: object) -> _Fault:
+        return _Fault(f"{self.place()}: {words}")
+
+    def of(self, element: Element) -> "_Source":
+        return replace(self, element=element)
+
+    def children(self, *tags: str) -> Iterator["_Source"]:
+        for child in self.element.children:
+            if child.tag in tags:
+                yield self.of(child)
+
+    def child(self, tag: str) -> "_Source | None":
+        return next(self.children(tag), None)
+
+    def text(self, tag: str, default: str = "") -> str:
+        child = self.child(tag)
+        return default if child is None else child.element.text.strip()
+
+    def is_true(self, tag: str) -> bool:
+        return self.text(tag).lower() in ("true", "1")
+
+    @property
+    def name(self) -> str:
+        return self.element.attributes.get("name", self.element.tag)
+
+    def numbers(self, tag: str, rule: Rule, default: Any = None) -> list[float]:
+        """Returns the numbers of a child, or the default ones."""
+        child = self.child(tag)
+        if child is None and default is not None:
+            return list(default)
+        text = "" if child is None else child.element.text
+        if broken := rule.broken(text):
+            raise (child or self).fault(
+                f"<{tag}> {broken}, got {shown(text.strip())}; correct it"
+            )
+        return [float(word) for word in text.split()]
+
+    def pose(self) -> tuple[RigidTransform, str]:
+        """Returns its pose, and the name of the frame that it is in."""
+        pose = self.child("pose")
+        if pose is None:
+            return RigidTransform(), ""
+        attributes = pose.element.attributes
+        frame = attributes.get("relative_to", attributes.get("frame", ""))
+        if not pose.element.text.strip():
+            return RigidTransform(), frame
+        if attributes.get("rotation_format") == "quat_xyzw":
+            *p, x, y, z, w = self.numbers("pose", _QUATERNION)
+            norm = math.hypot(x, y, z, w)
+            if norm < 1e-6:
+                raise pose.fault("the quaternion of <pose> is 0; correct it")
+            turn = Quaternion(np.array([w, x, y, z]) / norm)
+            return RigidTransform(RotationMatrix(turn), p), frame
+        numbers = self.numbers("pose", _POSE)
+        angles = np.array(numbers[3:])
+        if attributes.get("degrees", "").lower() in ("true", "1"):
+            angles = np.radians(angles)
+        # (`fmod` is exact, and Drake has no limit of angles.)
+        turn = RollPitchYaw(*np.fmod(angles, 2 * np.pi))
+        return RigidTransform(turn, numbers[:3]), frame
+
+
+class _Frames:
+    """The poses of what is in a model or a world, in its frame."""
+
+    def __init__(self, source: _Source, poses: Mapping[int, Any]) -> None:
+        """Lists the frames; `poses` are those of includes, by element."""
+        self._named: dict[str, tuple[RigidTransform, str, _Source]] = {}
+        for it in source.children("link", "frame", "model", "include", "joint"):
+            name, X, frame = it.name, *it.pose()
+            if id(it.element) in poses:
+                name, X, frame = poses[id(it.element)]
+            tag = {"frame": "attached_to", "joint": "child"}.get(it.element.tag)
+            if tag == "child":
+                frame = frame or it.text("child")
+            elif tag:
+                frame = frame or it.element.attributes.get(tag, "")
+            self._named.setdefault(name, (X, frame, it))
+
+    def pose_of(self, name: str) -> RigidTransform:
+        """Returns the pose of what has a name."""
+        return self.resolve(*self._named[name])
+
+    def resolve(
+        self, X: RigidTransform, frame: str, source: _Source
+    ) -> RigidTransform:
+        """Returns a pose that is given in some frame."""
+        seen = set()
+        while frame not in ("", "__model__", "world"):
+            if frame in seen or frame not in self._named:
+                what = "leads back to itself" if frame in seen else "is not"
+                raise source.fault(
+                    f"the frame {shown(frame)} {what}"
+                    + " in the model" * (frame not in seen)
+                    + "; name a link, model or frame beside it"
+                )
+            seen.add(frame)
+            X_above, frame, source = self._named[frame]
+            X = X_above @ X
+        return X
+
+
+@dataclass
+class _Reader:
+    """Reads one file, with all that it includes."""
+
+    path: Path
+    model_path: Sequence[str]
+    skip_missing: bool
+    visuals: list[Part] = field(default_factory=list)
+    collisions: list[Part] = field(default_factory=list)
+    actors: list[Actor] = field(default_factory=list)
+    losses: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
+    skipped: Counter[str] = field(default_factory=Counter)
+    movable: list[str] = field(default_factory=list)
+    files: dict[Path, Element] = field(default_factory=dict)
+
+    def read(self) -> GazeboFile:
+        """Returns what is in the file."""
+        self.folders = Folders(self.path, self.model_path)
+        try:
+            if not self.path.is_file():
+                raise _Fault(f"there is no file {shown(str(self.path))}")
+            top = self._open(self.path, ())
+            for world in top.children("world"):
+                self._world(world)
+            for model in top.children("model"):
+                self._placed(model, RigidTransform(), {}, "")
+            if top.child("world") is None and top.child("model") is None:
+                raise top.fault("has neither <world> nor <model>; take another")
+        except _Fault as fault:
+            self.faults.insert(0, str(fault))
+        if self.faults:
+            first, *others = _grouped(self.faults)
+            more = "; ".join(it[:160] for it in others[:3])
+            raise ModelFault(
+                ("file",),
+                f"cannot be read: {first}"
+                + f" (and {len(others)} more: {more})" * (len(others) > 0),
+            )
+        notes = [
+            f"{count} <{tag}>: has no meaning here"
+            for tag, count in sorted(self.skipped.items())
+        ]
+        if self.movable:
+            few = ", ".join(self.movable[:5]) + ", ..." * (
+                len(self.movable) > 5
+            )
+            notes.append(
+                f"{len(self.movable)} models that could move stand still: {few}"
+            )
+        return GazeboFile(
+            *(tuple(self.visuals), tuple(self.collisions), tuple(self.actors)),
+            *(_grouped(self.losses), tuple(notes), tuple(self.files)),
+        )
+
+    def _open(self, path: Path, above: tuple[Path, ...]) -> _Source:
+        """Returns the element <sdf> of a file."""
+        path = Path(os.path.realpath(path))
+        if path in above:
+            names = " -> ".join(it.name for it in (*above, path)[-4:])
+            raise _Fault(f"{names}: includes itself; take one <include> out")
+        if len(above) > _DEEPEST:
+            raise _Fault(
+                f"{path.name}: more than {_DEEPEST} files include each other;"
+                " take some out"
+            )
+        if path not in self.files:
+            try:
+                self.files[path] = parse_markup(path)
+            except OSError as error:
+                raise _Fault(f"{path.name}: {error.strerror}") from error
+            except ValueError as error:
+                raise _Fault(f"{error}; correct it") from error
+        top = _Source(self.files[path], path, (*above, path))
+        sdf = top.child("sdf")
+        if sdf is None:
+            raise _Source(top.element.children[0], path).fault(
+                "must be <sdf>, the format of Gazebo's worlds and models"
+            )
+        return sdf
+
+    def _world(self, world: _Source) -> None:
+        state: dict[str, _Source] = {}
+        for it in world.children("state"):
+            state = {model.name: model for model in it.children("model")}
+            for added in it.children("insertions"):
+                self._members(added, RigidTransform(), {}, "")
+        for actor in world.children("actor"):
+            self._actor(actor)
+        self._members(world, RigidTransform(), state, "")
+        known = ("model", "include", "state", "actor", "frame", "joint", "link")
+        self.skipped.update(
+            it.tag for it in world.element.children if it.tag not in known
+        )
+
+    def _members(
+        self,
+        source: _Source,
+        X_WM: RigidTransform,
+        state: Mapping[str, _Source],
+        name: str,
+        still: bool = False,
+    ) -> _Frames:
+        """Adds the models in a world or in a model, with this pose."""
+        included: dict[int, tuple[str, _Source, _Source]] = {}
+        poses: dict[int, Any] = {}
+        for it in source.children("include"):
+            try:
+                model = self._included(it)
+            except _Missing as fault:
+                missing = self.losses if self.skip_missing else self.faults
+                missing.append(str(fault))
+                continue
+            except _Fault as fault:
+                self.faults.append(str(fault))
+                continue
+            if model is not None:
+                own = it.text("name") or model.name
+                posed = it if it.child("pose") is not None else model
+                included[id(it.element)] = own, model, posed
+                poses[id(it.element)] = own, *posed.pose()
+        frames = _Frames(source, poses)
+        for it in source.children("model", "include"):
+            own, model, posed = it.name, it, it
+            if it.element.tag == "include":
+                if id(it.element) not in included:
+                    continue
+                own, model, posed = included[id(it.element)]
+            X = X_WM @ frames.resolve(*posed.pose(), posed)
+            if not np.abs(X.translation()).max() <= _FAR:
+                self.losses.append(
+                    f"{it.place()}: {own} is left out, as it is farther than"
+                    f" {_FAR:g} m away; correct its <pose>"
+                )
+                continue
+            path = f"{name}::{own}" if name else own
+            own_still = model.is_true("static") or it.is_true("static")
+            self._placed(
+                model, X, state.get(own), path, posed, still or own_still
+            )
+        return frames
+
+    def _included(self, include: _Source) -> _Source | None:
+        """Returns the model of an include; None for sun and ground."""
+        uri = include.text("uri")
+        if re.split(r"[/\\]", uri.rstrip("/"))[-1].lower() in _SCENERY:
+            return None
+        try:
+            folder = self.folders.find(uri, include.path.parent)
+            path = model_file(folder)
+        except (OSError, ValueError) as error:
+            raise _Missing(f"{include.place()}: <include>: {error}") from error
+        sdf = self._open(path, include.above)
+        for kind in ("model", "actor", "light"):
+            for found in sdf.children(kind):
+                if kind == "model":
+                    return found
+                if kind == "actor":
+                    self._actor(found, include)
+                return None
+        raise sdf.fault("has no <model>; include another file")
+
+    def _placed(
+        self,
+        model: _Source,
+        X_WM: RigidTransform,
+        state: _Source | Mapping[str, _Source] | None,
+        name: str,
+        posed: _Source | None = None,
+        still: bool = True,
+    ) -> None:
+        """Adds a model whose frame, or other frame of it, has this pose."""
+        scale: Triple = (1.0, 1.0, 1.0)
+        links: dict[str, _Source] = {}
+        inner: dict[str, _Source] = {}
+        name = name or model.name
+        if not isinstance(state, _Source):
+            top = model if posed is None else None
+            if top is not None:
+                X_WM = X_WM @ top.pose()[0]
+            placement = (posed or model).text("placement_frame")
+            placement = placement or model.element.attributes.get(
+                "placement_frame", ""
+            )
+        else:
+            # Those of Gazebo's states are poses in the world.
+            X_WM, placement = state.pose()[0], ""
+            sx, sy, sz = state.numbers("scale", _SIDES, (1.0, 1.0, 1.0))
+            scale = sx, sy, sz
+            links = {it.name: it for it in state.children("link")}
+            inner = {it.name: it for it in state.children("model")}
+        if placement:
+            own = _Frames(model, {})
+            X_WM = (
+                X_WM @ own.resolve(RigidTransform(), placement, model).inverse()
+            )
+        frames = self._members(model, X_WM, inner, name, still)
+        if not still and model.child("link") is not None:
+            self.movable.append(name)
+        for link in model.children("link"):
+            if link.name in links:
+                X_WL = links[link.name].pose()[0]
+            else:
+                X_WL = X_WM @ frames.pose_of(link.name)
+            self._link(link, X_WL, scale, f"{name}::{link.name}")
+            self.skipped.update(
+                it.tag
+                for it in link.element.children
+                if it.tag in ("sensor", "light")
+            )
+        self.skipped.update(
+            it.tag for it in model.element.children if it.tag == "plugin"
+        )
+
+    def _link(
+        self, link: _Source, X_WL: RigidTransform, scale: Triple, name: str
+    ) -> None:
+        found: dict[str, list[Part]] = {"visual": [], "collision": []}
+        failed: dict[str, list[_Fault]] = {"visual": [], "collision": []}
+        frames: _Frames | None = None
+        for it in link.children("visual", "collision"):
+            X_LG, frame = it.pose()
+            if frame not in ("", link.name, "__link__"):
+                frames = frames or _Frames(link, {})
+                X_LG = frames.resolve(X_LG, frame, it)
+            geometry = it.child("geometry")
+            if geometry is None:
+                raise it.fault(
+                    f"<{it.element.tag}> must have a <geometry>; give it one"
+                )
+            role = it.element.tag
+            try:
+                shape, size = self._shape(geometry, scale)
+            except _Fault as fault:
+                failed[role].append(fault)
+                continue
+            if shape is not None:
+                part = Part(
+                    f"{name}::{it.name}", it.place(), X_WL @ X_LG, shape, size
+                )
+                color = self._color(it, part) if role == "visual" else None
+                found[role].append(replace(part, color=color))
+        if failed["visual"]:
+            instead = "nothing is shown"
+            if not found["visual"] and found["collision"]:
+                instead = "its collision shape is shown"
+                found["visual"] = [
+                    replace(it, color=_GREY) for it in found["collision"]
+                ]
+            self.losses += [f"{it}; {instead}" for it in failed["visual"]]
+        elif failed["collision"] and found["visual"]:
+            found["collision"] += found["visual"]
+            instead = "people and robots walk around what is shown"
+            self.losses += [f"{it}; {instead}" for it in failed["collision"]]
+            failed["collision"] = []
+        self.faults += map(str, failed["collision"])
+        self.visuals += found["visual"]
+        self.collisions += found["collision"]
+        if len(self.visuals) + len(self.collisions) > _MOST_SHAPES:
+            raise link.fault(
+                f"the file must have at most {_MOST_SHAPES} shapes; split it"
+            )
+
+    def _shape(
+        self, geometry: _Source, scale: Triple
+    ) -> tuple[Shape | MeshFile | None, Triple]:
+        """Returns a shape, or None if it has no meaning here, and its scale."""
+        for child in geometry.element.children:
+            it = geometry.of(child)
+            if child.tag == "mesh":
+                sizes = it.numbers("scale", _SCALE, (1.0, 1.0, 1.0))
+                a, b, c = np.array(sizes * (3 // len(sizes))) * scale
+                return self._mesh(it), (a, b, c)
+            if child.tag in ("plane", "empty"):
+                return None, scale
+            if child.tag in _SHAPES:
+                make, rules = _SHAPES[child.tag]
+                numbers = [
+                    n for tag, rule in rules for n in it.numbers(tag, rule)
+                ]
+                return make(numbers, scale), scale
+            if child.tag in ("heightmap", "image", "polyline"):
+                self.losses.append(
+                    f"{it.place()}: <{child.tag}> is left out; export it as a"
+                    " mesh, or take boxes"
+                )
+                return None, scale
+        raise geometry.fault(
+            f"<geometry> must have one of {', '.join(_SHAPES)} or mesh; give it"
+            " one, or leave the element out"
+        )
+
+    def _mesh(self, mesh: _Source) -> MeshFile:
+        submesh = mesh.child("submesh")
+        part, centered = "", False
+        if submesh is not None:
+            part, centered = submesh.text("name"), submesh.is_true("center")
+        try:
+            path = self.folders.find(mesh.text("uri"), mesh.path.parent)
+            found = read_mesh(path, part, centered)
+        except (OSError, ValueError) as error:
+            raise mesh.fault(f"<mesh>: {error}") from error
+        self.files.setdefault(found.path, mesh.element)
+        return found
+
+    def _color(self, visual: _Source, part: Part) -> Color | None:
+        """Returns the color of a visual; None is that of its mesh."""
+        material = visual.child("material")
+        default = None if isinstance(part.shape, MeshFile) else _GREY
+        if material is None:
+            return default
+        see_through = visual.numbers("transparency", _TIME, (0.0,))[0]
+        opacity = 1.0 - min(see_through, 1.0)
+        script = material.child("script")
+        named = script.text("name").lower().rpartition("/")[2] if script else ""
+        for key, color in _NAMED.items():
+            if key == named:
+                r, g, b, _ = color
+                return r, g, b, opacity
+        for texture in material.element.all():
+            if texture.tag == "albedo_map" and default is not None:
+                return self._mean_color(texture.text, visual) or default
+        if material.child("diffuse") is None or named:
+            return default
+        r, g, b, *_ = material.numbers("diffuse", _COLOR)
+        return r, g, b, opacity
+
+    def _mean_color(self, uri: str, visual: _Source) -> Color | None:
+        """Returns the mean color of an image; None if it cannot be read."""
+        try:
+            path = self.folders.find(uri, visual.path.parent)
+            return _mean_of(path, path.stat().st_mtime_ns)
+        except (OSError, ValueError):
+            return None
+
+    def _actor(self, actor: _Source, include: _Source | None = None) -> None:
+        """Adds a person: where it stands, and the waypoints of its script."""
+        posed = (
+            actor if include is None or not include.child("pose") else include
+        )
+        script = actor.child("script")
+        rows = []
+        for way in script.children("trajectory") if script else ():
+            for it in way.children("waypoint"):
+                rows.append(
+                    (it.numbers("time", _TIME)[0], *_flat(it.pose()[0]))
+                )
+        rows = rows or [(0.0, *_flat(posed.pose()[0]))]
+        loops = script is not None and script.text("loop", "true") != "false"
+        name = (include.text("name") if include else "") or actor.name
+        self.actors.append(
+            Actor(name, actor.place(), tuple(sorted(rows)), loops)
+        )
+
+
+@functools.lru_cache(maxsize=64)
+def _mean_of(path: Path, stamp: int) -> Color | None:
+    from PIL import Image
+
+    try:
+        with Image.open(path) as image:
+            r, g, b = np.asarray(image.convert("RGB")).mean(axis=(0, 1)) / 255
+    except (OSError, ValueError, Image.DecompressionBombError):
+        return None
+    return float(r), float(g), float(b), 1.0
+
+
+def _grouped(lines: Sequence[str]) -> tuple[str, ...]:
+    """Returns lines of which those with the same words are one."""
+    places: dict[str, list[str]] = {}
+    for line in lines:
+        place, _, words = line.partition(": ")
+        places.setdefault(words, []).append(place)
+    return tuple(
+        f"{own[0]}{f' and {len(own) - 1} more' * (len(own) > 1)}: {words}"
+        for words, own in places.items()
+    )
+
+
+def _flat(X: RigidTransform) -> Triple:
+    """Returns x, y and yaw of a pose, in meters and radians."""
+    x, y, _ = X.translation()
+    return float(x), float(y), float(RollPitchYaw(X.rotation()).yaw_angle())
+
+
+def _box(n: Sequence[float], s: Triple) -> Shape:
+    return Box(n[0] * s[0], n[1] * s[1], n[2] * s[2])
+
+
+def _ellipsoid(n: Sequence[float], s: Triple) -> Shape:
+    return Ellipsoid(n[0] * s[0], n[1] * s[1], n[2] * s[2])
+
+
+_SHAPES: dict[
+    str,
+    tuple[
+        Callable[[Sequence[float], Triple], Shape], tuple[tuple[str, Rule], ...]
+    ],
+] = {
+    "box": (_box, (("size", _SIDES),)),
+    "sphere": (lambda n, s: Sphere(n[0] * s[0]), (("radius", _LENGTH),)),
+    "cylinder": (
+        lambda n, s: Cylinder(n[0] * s[0], n[1] * s[2]),
+        (("radius", _LENGTH), ("length", _LENGTH)),
+    ),
+    "capsule": (
+        lambda n, s: Capsule(n[0] * s[0], n[1] * s[2]),
+        (("radius", _LENGTH), ("length", _LENGTH)),
+    ),
+    "ellipsoid": (_ellipsoid, (("radii", _SIDES),)),
+}

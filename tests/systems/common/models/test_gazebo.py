@@ -1,0 +1,454 @@
+"""Worlds and models of Gazebo: what is read, and how faults are told."""
+
+import os
+
+import numpy as np
+import pytest
+import shapely
+import yaml
+
+from hunav_drake import LoadScenario, RunTrial, SaveScenario, ScenarioError
+from hunav_drake.scenario.named_files import named_files
+from hunav_drake.systems.common.models import mesh_files
+from hunav_drake.systems.common.models.apart import ModelFault
+from hunav_drake.systems.common.models.gazebo import is_gazebo_file, read_gazebo
+from hunav_drake.systems.common.models.mesh_files import obj_of, read_mesh
+from hunav_drake.systems.world.obstacles import Obstacles, inside
+from hunav_drake.systems.world.shapes import Model, World
+from tests.systems.common.models.gazebo_files import (
+    BOX,
+    block,
+    dae,
+    mesh,
+    model,
+    obj,
+    room,
+    sdf,
+    stl,
+    world,
+)
+
+CUBE = block((0, 0, 0), (1, 1, 1))
+
+
+@pytest.fixture(autouse=True)
+def cache(monkeypatch, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cache")
+    monkeypatch.setenv("HUNAV_CACHE", str(folder))
+    return folder
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Writes a text below the folder of the test; returns the path."""
+
+    def write(name: str, text: str | bytes):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        data = text if isinstance(text, bytes) else text.encode()
+        path.write_bytes(data)
+        return path
+
+    return write
+
+
+def obstacles(path, **options) -> Obstacles:
+    return World(models=[Model(file=str(path), **options)]).obstacles()
+
+
+def is_inside(found: Obstacles, *points) -> list[bool]:
+    return inside(found, np.array(points, dtype=float)).any(axis=-1).tolist()
+
+
+def extent(found: Obstacles) -> list[float]:
+    ends = found.segments.reshape(-1, 2)
+    return [*ends.min(axis=0).tolist(), *ends.max(axis=0).tolist()]
+
+
+def include(uri: str, more: str = "") -> str:
+    return f"<include><uri>{uri}</uri>{more}</include>"
+
+
+@pytest.mark.parametrize("version", ["1.4", "1.5", "1.6", "1.7", "1.8", "1.9"])
+def test_a_model_beside_the_world_is_found_by_its_name(version, write):
+    write(
+        "models/shelf/model.config",
+        '<model><sdf version="1.4">old.sdf</sdf>'
+        '<sdf version="1.9">new.sdf</sdf></model>',
+    )
+    write("models/shelf/old.sdf", "<sdf")
+    write("models/shelf/new.sdf", sdf(model(more="<pose>1 0 0.5 0 0 0</pose>")))
+    shelf = include("model://shelf", "<name>a</name><pose>3 1 0.5 0 0 0</pose>")
+    text = world(include("model://sun") + shelf, version)
+    path = write("worlds/hall.world", text)
+    # The pose of an include replaces that of the model.
+    assert extent(obstacles(path)) == pytest.approx([2.5, 0.5, 3.5, 1.5])
+    assert extent(obstacles(path, pose=(1, 0, np.pi / 2))) == pytest.approx(
+        [-0.5, 2.5, 0.5, 3.5]
+    )
+
+
+def test_poses_of_nested_models_links_and_frames_are_joined(write):
+    inner = model(more="<pose>1 0 0 0 0 0</pose>", name="inner")
+    outer = (
+        '<model name="outer"><pose>0 2 0.5 0 0 1.5707963267948966</pose>'
+        f'<frame name="f"><pose>10 0 0 0 0 0</pose></frame>{inner}'
+        '<link name="far"><pose relative_to="f" degrees="true">1 0 0 0 0 90'
+        f'</pose><collision name="c">{BOX}</collision></link></model>'
+    )
+    found = read_gazebo(write("a.sdf", world(outer, "1.8")))
+    places = {
+        it.name: it.X_WG.translation().tolist() for it in found.collisions
+    }
+    assert places["outer::inner::l::c"] == pytest.approx([0, 3, 0.5])
+    assert places["outer::far::c"] == pytest.approx([0, 13, 0.5])
+
+
+def test_the_state_of_a_world_is_where_things_stand(write):
+    state = (
+        '<state world_name="w"><model name="a"><pose>5 5 0.5 0 0 0</pose>'
+        '<scale>2 1 1</scale><link name="l"><pose>5 5 0.5 0 0 0</pose></link>'
+        "</model></state>"
+    )
+    path = write("a.world", world(model(name="a") + state))
+    assert extent(obstacles(path)) == pytest.approx([4, 4.5, 6, 5.5])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "size"),
+    [
+        ("cube.dae", dae(100 * CUBE), 1.0),
+        ("cube.dae", dae(CUBE, '<unit meter="0.0254" name="inch"/>'), 0.0254),
+        ("cube.stl", stl(CUBE), 1.0),
+        ("cube.obj", obj(CUBE), 1.0),
+    ],
+    ids=["cm", "inch", "stl", "obj"],
+)
+def test_meshes_are_in_meters_seen_and_met(name, text, size, write):
+    write(name, text)
+    path = write("a.sdf", sdf(model(mesh(name, "<scale>40 40 40</scale>"))))
+    found = obstacles(path)
+    assert extent(found) == pytest.approx([0, 0, 40 * size, 40 * size])
+    assert len(found) == 1
+    (visual,) = read_gazebo(path).visuals
+    file = obj_of(visual.shape)
+    rows = [
+        [float(word) for word in line.split()[1:]]
+        for line in file.read_text().splitlines()
+        if line.startswith("v ")
+    ]
+    assert np.ptp(rows, axis=0) == pytest.approx([size] * 3, abs=1e-4)
+
+
+def test_a_building_of_one_mesh_has_rooms_and_doors(write):
+    write("room.stl", stl(room()))
+    path = write("a.sdf", sdf(model(mesh("room.stl"))))
+    dut = World(models=[Model(file=str(path))])
+    walls, door, middle = (2.1, 1.5), (2.1, 0), (0, 0)
+    assert is_inside(dut.obstacles(), walls, door, middle) == [1, 0, 0]
+    # The lintel begins at 2 m; below, the walls are the same at all heights.
+    assert is_inside(dut.obstacles_at(2.2), walls, door) == [1, 1]
+    assert is_inside(dut.sight_obstacles(), walls, door) == [1, 0]
+    assert len(dut.obstacles_at(3)) == 0
+    ways = shapely.MultiPolygon(
+        [shapely.Polygon(it) for it in dut.fixtures()[0].footprints]
+    ).buffer(0)
+    assert ways.area == pytest.approx(4.4**2 - 4**2 - 0.2, abs=0.2)
+
+
+def test_a_dented_closed_mesh_is_solid_and_an_open_one_hollow(write):
+    """An L of one closed surface, and the same without its floor and lid."""
+    corners = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
+    sides = []
+    for i, (x, y) in enumerate(corners):
+        u, v = corners[(i + 1) % 6]
+        sides += [[(x, y, 0), (u, v, 0), (u, v, 1)]]
+        sides += [[(x, y, 0), (u, v, 1), (x, y, 1)]]
+    flat = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
+    lids = [
+        [(*corners[i], z) for i in three] for three in flat for z in (0.0, 1.0)
+    ]
+    inside_point, dent = (0.5, 0.5), (2, 2)
+    for name, triangles, solid in (
+        ("closed", sides + lids, [1, 0]),
+        ("open", sides, [0, 0]),
+    ):
+        write(f"{name}.stl", stl(triangles))
+        path = write(f"{name}.sdf", sdf(model(mesh(f"{name}.stl"))))
+        assert is_inside(obstacles(path), inside_point, dent) == solid
+
+
+def test_a_part_of_a_mesh_is_taken_by_its_name_and_centered(write):
+    write("a.dae", dae(100 * CUBE, name="body"))
+    part = "<submesh><name>body</name><center>true</center></submesh>"
+    path = write("a.sdf", sdf(model(mesh("a.dae", part))))
+    assert extent(obstacles(path)) == pytest.approx([-0.5, -0.5, 0.5, 0.5])
+    wrong = part.replace("body", "head")
+    path = write("b.sdf", sdf(model(mesh("a.dae", wrong))))
+    with pytest.raises(ModelFault, match=r"no part 'head'.*it has body"):
+        read_gazebo(path)
+
+
+def test_what_is_not_to_be_seen_shows_what_one_meets_and_the_reverse(write):
+    write("a.stl", stl(CUBE))
+    both = model().replace(
+        f'<visual name="v">{BOX}', f'<visual name="v">{mesh("no.dae")}'
+    )
+    found = read_gazebo(write("v.sdf", sdf(both)))
+    assert found.visuals[0].shape is found.collisions[0].shape
+    assert "v.sdf:5: <mesh>: there is no file 'no.dae'" in found.losses[0]
+    other = model(mesh("a.stl")).replace("a.stl", "no.stl", 1)
+    path = write("c.sdf", sdf(other))
+    assert extent(obstacles(path)) == pytest.approx([0, 0, 1, 1])
+    assert "walk around what is shown" in read_gazebo(path).losses[0]
+
+
+def test_what_has_no_meaning_is_noted_and_what_moves_stands(write):
+    plane = model("<geometry><plane><size>9 9</size></plane></geometry>", "p")
+    ball = model(name="ball").replace(
+        "<static>1</static>", "<pose>1 1 1 0 0 0</pose>"
+    )
+    hill = model(
+        "<geometry><heightmap><uri>a.png</uri></heightmap></geometry>", "h"
+    )
+    text = world(f'<light name="l"/><physics/>{plane}{hill}{ball}')
+    found = read_gazebo(write("a.world", text))
+    assert len(found.collisions) == 1
+    notes = "\n".join(found.notes)
+    assert "1 <light>" in notes
+    assert "1 models that could move stand still: ball" in notes
+    assert all("<heightmap> is left out" in it for it in found.losses)
+    assert len(found.losses) == 1
+
+
+def test_what_fell_out_of_the_world_is_lost(write):
+    text = world(model() + model(name="b", more="<pose>0 0 -7e8 0 0 0</pose>"))
+    found = read_gazebo(write("a.world", text))
+    assert len(found.collisions) == 1
+    assert "b is left out, as it is farther than 100000 m" in found.losses[0]
+
+
+@pytest.mark.parametrize("given", ["field", "GAZEBO_MODEL_PATH", "fuel"])
+def test_models_elsewhere_are_found(given, write, tmp_path, monkeypatch):
+    uri, options = "model://rack", {}
+    if given == "fuel":
+        monkeypatch.setenv("HOME", str(tmp_path / "home"))
+        uri = "https://fuel.gazebosim.org/1.0/Ann/models/A Rack"
+        cache = "home/.gz/fuel/fuel.gazebosim.org/ann/models/a rack"
+        write(f"{cache}/2/model.sdf", "<sdf")
+        write(f"{cache}/10/model.sdf", sdf(model()))
+    else:
+        write("else/rack/model.sdf", sdf(model()))
+        if given == "field":
+            options["model_path"] = [str(tmp_path / "else")]
+        else:
+            monkeypatch.setenv(given, f"/nowhere:{tmp_path / 'else'}")
+    path = write("w/a.world", world(include(uri, "<pose>2 0 1 0 0 0</pose>")))
+    assert extent(obstacles(path, **options)) == pytest.approx(
+        [1.5, -0.5, 2.5, 0.5]
+    )
+
+
+def test_missing_models_are_faults_unless_they_are_skipped(write):
+    inner = include("model://rak") + include("model://rak") + model()
+    write("models/rack/model.sdf", sdf(model()))
+    path = write("a.world", world(inner))
+    with pytest.raises(
+        ModelFault, match=r"a.world:4 and 1 more: <include>"
+    ) as info:
+        read_gazebo(path)
+    for words in ("'rak'", "did you mean 'rack'?", "git clone", "--model-path"):
+        assert words in str(info.value)
+    found = read_gazebo(path, skip_missing=True)
+    assert len(found.collisions) == 1
+    assert len(found.losses) == 1
+
+
+def test_what_was_read_is_kept_until_a_file_changes(write, cache, monkeypatch):
+    path = write("a.stl", stl(CUBE))
+    first = read_mesh(path).triangles
+    mesh_files._read.cache_clear()
+    monkeypatch.setattr(mesh_files, "_load", None)
+    np.testing.assert_array_equal(read_mesh(path).triangles, first)
+    monkeypatch.undo()
+    monkeypatch.setenv("HUNAV_CACHE", str(cache))
+    os.utime(write("a.stl", stl(2 * CUBE)), (1, 1))
+    assert np.ptp(read_mesh(path).triangles) == 2.0
+    # What is damaged on the disk is made again.
+    for file in cache.glob("*.npy"):
+        file.write_bytes(b"no array")
+    mesh_files._read.cache_clear()
+    assert np.ptp(read_mesh(path).triangles) == 2.0
+
+
+@pytest.mark.parametrize("version", ["1.6", "1.9"])
+def test_drake_reads_what_it_can_read(version, write):
+    assert not is_gazebo_file(write("a.sdf", sdf(model(), version)))
+    assert is_gazebo_file(write("b.sdf", world(model(), version)))
+    assert not is_gazebo_file("package://nowhere/a.sdf")
+
+
+def scenario_text(path, **more) -> str:
+    return yaml.safe_dump(
+        {
+            "world": {"models": [{"file": str(path), **more}]},
+            "humans": [{"pose": [0.0, 0.0, 0.0], "goals": [[4.0, 0.0]]}],
+            "robot": {"start": [5.0, 4.0, 0.0]},
+            "simulation": {"duration": 6.0},
+        }
+    )
+
+
+def test_a_person_leaves_a_room_by_its_door(write, tmp_path):
+    write("models/room/meshes/room.dae", dae(100 * room()))
+    uri = "model://room/meshes/room.dae"
+    write("models/room/model.sdf", sdf(model(mesh(uri))))
+    path = write("a b/hall ü.world", world(include("model://room")))
+    file = write(
+        "s.yaml", scenario_text("a b/hall ü.world", model_path=["models"])
+    )
+    scenario = LoadScenario(filename=file)
+    assert scenario.world.models[0].model_path == [str(tmp_path / "models")]
+    assert LoadScenario(data=SaveScenario(scenario)) == scenario
+    way = RunTrial(scenario).recording.humans[:, 0, :2]
+    np.testing.assert_allclose(way[-1], [4.0, 0.0], atol=0.4)
+    names = {it.name for it in named_files(scenario)}
+    assert names == {path.name, "model.sdf", "room.dae"}
+
+
+CYCLE = include("model://a")
+NAN = stl(CUBE).replace("vertex 1", "vertex nan", 1)
+BAD_INDEX = obj(CUBE) + "f 1 2 999999999\n"
+
+# The content of a world, a file that it names, and what the fault says.
+DAMAGED = {
+    "truncated": (world(model())[:-30], {}, "Error parsing XML"),
+    "no world": (sdf("<light name='l'/>"), {}, "neither <world> nor <model>"),
+    "no sdf": ("<robot/>", {}, "must be <sdf>"),
+    "words for numbers": (
+        *(world(model().replace("1 1 1", "1 one 1")), {}),
+        "a.world:5: <size> must be 3 finite numbers, got '1 one 1'",
+    ),
+    "too few numbers": (
+        *(world(model(more="<pose>1 2 3</pose>")), {}),
+        "<pose> must be 6 finite numbers",
+    ),
+    "infinite": (
+        *(world(model(more="<pose>inf 0 0 0 0 0</pose>")), {}),
+        "<pose> must be 6 finite",
+    ),
+    "negative size": (
+        world(model().replace("1 1", "-1 1")),
+        {},
+        "<size> must be in",
+    ),
+    "no shape": (world(model("<geometry/>")), {}, "must have one of box"),
+    "zero scale": (
+        world(model(mesh("m.stl", "<scale>0 1 1</scale>"))),
+        {"m.stl": stl(CUBE)},
+        "<scale> must not be 0",
+    ),
+    "missing mesh": (
+        world(model(mesh("m.stl"))),
+        {},
+        "there is no file 'm.stl'",
+    ),
+    "windows path": (
+        *(world(model(mesh(r"C:\models\m.stl"))), {}),
+        "there is no file 'C:/models/m.stl'",
+    ),
+    "empty mesh": (
+        *(world(model(mesh("m.stl"))), {"m.stl": "solid s\nendsolid s\n"}),
+        "m.stl (has no triangles|cannot be read)",
+    ),
+    "binary mesh": (
+        *(world(model(mesh("m.dae"))), {"m.dae": b"\x00\xff" * 50}),
+        "m.dae cannot be read",
+    ),
+    "NaN corner": (
+        *(world(model(mesh("m.stl"))), {"m.stl": NAN}),
+        "corners that are not finite",
+    ),
+    "huge index": (
+        *(world(model(mesh("m.obj"))), {"m.obj": BAD_INDEX}),
+        "m.obj cannot be read|no triangles|not finite",
+    ),
+    "far corner": (
+        *(world(model(mesh("m.stl"))), {"m.stl": stl(1e9 * CUBE)}),
+        "farther than 100000 m",
+    ),
+    "unknown unit": (
+        world(model(mesh("m.dae"))),
+        {"m.dae": dae(CUBE, '<unit meter="ell"/>')},
+        "must have a unit above 0 m, got .ell",
+    ),
+    "negative unit": (
+        world(model(mesh("m.dae"))),
+        {"m.dae": dae(CUBE, '<unit meter="-1"/>')},
+        "must have a unit above 0 m",
+    ),
+    "truncated mesh": (
+        *(world(model(mesh("m.dae"))), {"m.dae": dae(CUBE)[:900]}),
+        "m.dae cannot be read",
+    ),
+    "other format": (
+        world(model(mesh("m.fbx"))),
+        {"m.fbx": "x"},
+        "must be one of",
+    ),
+    "cycle": (
+        world(CYCLE),
+        {"models/a/model.sdf": sdf(f'<model name="a">{CYCLE}</model>')},
+        "model.sdf -> model.sdf: includes itself",
+    ),
+    "frames in a circle": (
+        world(
+            '<model name="m"><frame name="f" attached_to="f"/><link name="l">'
+            f'<pose relative_to="f"/><collision name="c">{BOX}</collision>'
+            "</link></model>"
+        ),
+        {},
+        "the frame 'f' leads back to itself",
+    ),
+    "unknown frame": (
+        *(world(model(more='<pose relative_to="q">0 0 0 0 0 0</pose>')), {}),
+        "the frame 'q' is not in the model",
+    ),
+    "deep": (
+        world("<model name='a'>" * 150 + "</model>" * 150),
+        {},
+        "in more than",
+    ),
+    "entity": (
+        *('<!DOCTYPE a [<!ENTITY b "c">]>' + sdf("&b;"), {}),
+        "declares an entity",
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "files", "words"), DAMAGED.values(), ids=DAMAGED
+)
+def test_a_damaged_file_is_one_fault(text, files, words, write):
+    path = write("a.world", text)
+    for name, content in files.items():
+        write(name, content)
+    with pytest.raises(ScenarioError, match=words) as info:
+        LoadScenario(data=scenario_text(path))
+    (fault,) = info.value.faults
+    assert fault.path == "world.models[0].file"
+    assert fault.message.startswith(str(path))
+    assert "\n" not in fault.message
+
+
+def test_a_loop_of_links_and_another_case_do_no_harm(write, tmp_path):
+    write("models/rack/meshes/Cube.STL", stl(CUBE))
+    (tmp_path / "models/rack/again").symlink_to(tmp_path / "models")
+    (tmp_path / "loop.stl").symlink_to(tmp_path / "loop.stl")
+    text = sdf(model(mesh("model://rack/meshes/cube.stl")))
+    write("models/rack/model.sdf", text)
+    path = write("a.world", world(include("model://rack")))
+    assert extent(obstacles(path)) == pytest.approx([0, 0, 1, 1])
+    path = write("b.world", world(model(mesh("loop.stl"))))
+    with pytest.raises(ModelFault, match=r"no file 'loop.stl'|loop"):
+        read_gazebo(path)
