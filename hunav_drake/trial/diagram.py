@@ -17,6 +17,7 @@ from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import people_seed, with_drawn_people
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.common.ports import JoinPorts
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.trial.blocks import (
@@ -38,7 +39,6 @@ from hunav_drake.trial.blocks import (
 from hunav_drake.trial.fleet_blocks import (
     AddFleet,
     AddSurroundings,
-    JoinPorts,
     RefuseClash,
     SplitPort,
 )
