@@ -232,7 +232,8 @@ def test_the_end_of_a_trial_tells_how_far_off_the_pose_is():
 def test_each_of_several_robots_has_errors_of_its_own():
     robots = ", ".join(
         f"{{name: {name}, planner: {{type: sfm, {ALL}}}, sensors: [{LIDAR}],"
-        f" robot: {{start: [0, {y}, 0], goal: [9, {y}, 0], command_delay: 0.1}}}}"
+        f" robot: {{start: [0, {y}, 0], goal: [9, {y}, 0],"
+        " command_delay: 0.1}}"
         for name, y in (("north", 2), ("south", -2))
     )
     scenario = LoadScenario(
