@@ -188,7 +188,8 @@ def obj_of(
         try:
             scene = _scene(mesh.path, mesh.part, mesh.is_centered)
             _write_obj(draft, _cut(scene, cut), color)
-            if not folder.exists():
+            # (Another process may have been faster.)
+            with suppress(OSError):
                 os.replace(draft, folder)
         finally:
             shutil.rmtree(draft, ignore_errors=True)

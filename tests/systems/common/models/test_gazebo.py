@@ -249,6 +249,14 @@ def test_models_elsewhere_are_found(given, write, tmp_path, monkeypatch):
     )
 
 
+def test_a_world_of_a_package_is_found(write, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    write("halls/package.xml", "<package><name>halls</name></package>")
+    write("halls/worlds/hall.world", world(model()))
+    found = obstacles("package://halls/worlds/hall.world")
+    assert extent(found) == pytest.approx([-0.5, -0.5, 0.5, 0.5])
+
+
 def test_missing_models_are_faults_unless_they_are_skipped(write):
     inner = include("model://rak") + include("model://rak") + model()
     write("models/rack/model.sdf", sdf(model()))
