@@ -385,6 +385,11 @@ DAMAGED = {
         *(world(model(mesh("m.stl"))), {"m.stl": stl(1e9 * CUBE)}),
         "farther than 100000 m",
     ),
+    "huge scale": (
+        world(model(mesh("m.stl", "<scale>9000 1 1</scale>"))),
+        {"m.stl": stl(100 * CUBE)},
+        "a.world:5: the mesh reaches farther than 100000 m",
+    ),
     "unknown unit": (
         world(model(mesh("m.dae"))),
         {"m.dae": dae(CUBE, '<unit meter="ell"/>')},
