@@ -238,10 +238,9 @@ def _load(path: Path) -> Any:
                 )
     # Readers of damaged files raise anything.
     except Exception as error:
-        words = " ".join(f"{error}".split())[:200]
+        words = " ".join(f"{error}".split())[:200] or type(error).__name__
         raise ValueError(
-            f"the mesh {path.name} cannot be read: {type(error).__name__}"
-            f" {words}; export it anew"
+            f"the mesh {path.name} cannot be read: {words}; export it anew"
         ) from error
     return scene
 
