@@ -35,6 +35,7 @@ _EXTRAS = (
     ("dask", "distributed", "hunav bench --executor dask"),
     ("editor", "anywidget", "hunav edit"),
     ("film", "av", "hunav render to .mp4"),
+    ("gazebo", "trimesh", "meshes of worlds of Gazebo"),
     ("notebook", "jupyterlab", "make notebook"),
 )
 

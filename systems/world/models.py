@@ -24,6 +24,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
+import shapely
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.models.apart import ModelFault
@@ -48,6 +49,9 @@ from hunav_drake.systems.world.surfaces import (
 
 # The range of heights in which a geometry is an obstacle, in meters.
 WALKING_HEIGHTS = (0.05, 1.8)
+
+# The farthest that something may be, in meters.
+_FARTHEST = 1e5
 
 # The number of circles of a round shape from top to bottom.
 _RINGS = 9
@@ -80,7 +84,10 @@ def model_solids(
             found = read_gazebo(file, model_path, skip_missing)
         except ModelFault as fault:
             raise WorldFileError(f"{file}: {fault}") from fault
-        return _gazebo_solids(found, pose)
+        try:
+            return _gazebo_solids(found, pose)
+        except (ValueError, shapely.GEOSException) as error:
+            raise WorldFileError(f"{file}: {error}") from error
     try:
         stamp = os.stat(file).st_mtime_ns
     except (OSError, ValueError):
@@ -100,6 +107,11 @@ def _gazebo_solids(
         if isinstance(part.shape, MeshFile):
             corners = part.shape.triangles.reshape(-1, 3) * part.scale
             placed = (X_WG @ corners.T).T.reshape(-1, 3, 3)
+            if not np.abs(placed).max() <= _FARTHEST:
+                raise ValueError(
+                    f"{part.place}: the mesh reaches farther than"
+                    f" {_FARTHEST:g} m; correct <scale> or <pose>"
+                )
             parts = list(mesh_solids(placed))
             footprints += map(straightened, _footprints(parts))
         else:

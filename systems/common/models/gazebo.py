@@ -28,6 +28,7 @@ from hunav_drake.systems.common.models.gazebo_folders import (
 )
 from hunav_drake.systems.common.models.markup import Element, Rule, parse_markup
 from hunav_drake.systems.common.models.mesh_files import MeshFile, read_mesh
+from hunav_drake.systems.common.models.reading import file_path
 from hunav_drake.systems.common.suggest import shown
 
 # What a text has that is for this reader, and not for Drake's.
@@ -138,15 +139,20 @@ def is_gazebo_file(file: str | Path) -> bool:
 
     It is a .world; or a .sdf with a world, an include, an actor or a mesh.
     """
-    path = Path(file)
-    if path.suffix.lower() == ".world":
-        return True
+    kind = Path(file).suffix.lower()
+    if kind not in (".world", ".sdf"):
+        return False
     try:
-        return path.suffix.lower() == ".sdf" and bool(
-            _OURS.search(path.read_bytes())
-        )
+        path = _path(file)
+        return kind == ".world" or bool(_OURS.search(path.read_bytes()))
     except (OSError, ValueError):
         return False
+
+
+def _path(file: str | Path) -> Path:
+    if str(file).startswith("package://"):
+        return file_path(str(file))
+    return Path(os.path.abspath(file))
 
 
 # The files read last, with the times of all that they name.
@@ -168,7 +174,7 @@ def read_gazebo(
     Raises:
         ModelFault: If it cannot be read, with file, line and remedy.
     """
-    path = Path(os.path.abspath(file))
+    path = _path(file)
     variables = tuple(os.environ.get(name, "") for name in VARIABLES)
     key = path, tuple(model_path), skip_missing, variables
     if key in _read and _stamps(_read[key][0].files) == _read[key][1]:

@@ -188,7 +188,8 @@ def obj_of(
         try:
             scene = _scene(mesh.path, mesh.part, mesh.is_centered)
             _write_obj(draft, _cut(scene, cut), color)
-            if not folder.exists():
+            # (Another process may have been faster.)
+            with suppress(OSError):
                 os.replace(draft, folder)
         finally:
             shutil.rmtree(draft, ignore_errors=True)
@@ -237,10 +238,9 @@ def _load(path: Path) -> Any:
                 )
     # Readers of damaged files raise anything.
     except Exception as error:
-        words = " ".join(f"{error}".split())[:200]
+        words = " ".join(f"{error}".split())[:200] or type(error).__name__
         raise ValueError(
-            f"the mesh {path.name} cannot be read: {type(error).__name__}"
-            f" {words}; export it anew"
+            f"the mesh {path.name} cannot be read: {words}; export it anew"
         ) from error
     return scene
 

@@ -272,6 +272,17 @@ def refuse_planes(scene_graph: SceneGraph) -> None:
             )
 
 
+def file_path(file: str) -> Path:
+    """Returns the path of a file, which `AddModels` may be given.
+
+    Raises:
+        ModelFault: If the file, or its package, is not there.
+    """
+    known = PackageMap()
+    _AddPackages(known, file, {})
+    return _path_of(known, file)
+
+
 def _AddPackages(
     known: PackageMap, file: str, packages: Mapping[str, str]
 ) -> None:

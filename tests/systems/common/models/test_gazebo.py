@@ -249,6 +249,14 @@ def test_models_elsewhere_are_found(given, write, tmp_path, monkeypatch):
     )
 
 
+def test_a_world_of_a_package_is_found(write, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    write("halls/package.xml", "<package><name>halls</name></package>")
+    write("halls/worlds/hall.world", world(model()))
+    found = obstacles("package://halls/worlds/hall.world")
+    assert extent(found) == pytest.approx([-0.5, -0.5, 0.5, 0.5])
+
+
 def test_missing_models_are_faults_unless_they_are_skipped(write):
     inner = include("model://rak") + include("model://rak") + model()
     write("models/rack/model.sdf", sdf(model()))
@@ -376,6 +384,11 @@ DAMAGED = {
     "far corner": (
         *(world(model(mesh("m.stl"))), {"m.stl": stl(1e9 * CUBE)}),
         "farther than 100000 m",
+    ),
+    "huge scale": (
+        world(model(mesh("m.stl", "<scale>9000 1 1</scale>"))),
+        {"m.stl": stl(100 * CUBE)},
+        "a.world:5: the mesh reaches farther than 100000 m",
     ),
     "unknown unit": (
         world(model(mesh("m.dae"))),
