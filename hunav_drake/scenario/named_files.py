@@ -137,7 +137,8 @@ def _xacro_files(robot: UrdfRobot, packages: Mapping[str, Path]) -> list[Path]:
         found = None
     if found is None or len(found.files) < 2:
         return []
-    near = map(xacro.nearby_packages, (robot.file, *found.files))
+    places = [Path(robot.file), *found.files]
+    near = [xacro.nearby_packages(it) for it in places]
     known = {
         name: Path(folder)
         for folders in near

@@ -3,8 +3,10 @@ from .differential_drive import DifferentialDrive as DifferentialDrive
 from .disc_contacts import DiscContacts as DiscContacts
 from .drives import (
     DRIVES as DRIVES,
+    AckermannSteering as AckermannSteering,
     DifferentialWheels as DifferentialWheels,
     DriveConfig as DriveConfig,
+    MecanumWheels as MecanumWheels,
     PlanarBase as PlanarBase,
 )
 from .robot_config import (
@@ -16,7 +18,11 @@ from .robot_config import (
 )
 from .robots import (
     DifferentialDriveConfig as DifferentialDriveConfig,
+    JackalConfig as JackalConfig,
     PhysicalRobot as PhysicalRobot,
     PMB2Config as PMB2Config,
+    TiagoBaseConfig as TiagoBaseConfig,
+    TurtleBot3BurgerConfig as TurtleBot3BurgerConfig,
+    TurtleBot3WaffleConfig as TurtleBot3WaffleConfig,
     UrdfRobot as UrdfRobot,
 )

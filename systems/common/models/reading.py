@@ -38,7 +38,7 @@ from hunav_drake.systems.common.suggest import shown, suggestion
 # The endings of files that a world may be made of.
 _ENDINGS = (".sdf", ".urdf", ".dmd.yaml", ".world")
 
-_MARKUP = (".sdf", ".urdf", ".world", ".xacro")
+_MARKUP = (".sdf", ".world")
 
 # Models below this folder are those of the package, which are sound.
 _OWN = Path(__file__).resolve().parents[2]
@@ -77,6 +77,7 @@ def AddModels(
     known = parser.package_map()
     _AddPackages(known, file, packages or {})
     path = _path_of(known, file)
+    robot = None
     try:
         text = _text_without_planes(path)
         robot = _robot_text(known, path, arguments)
@@ -93,7 +94,8 @@ def AddModels(
     except ModelFault:
         raise
     except (RuntimeError, ValueError, SystemExit, OSError) as error:
-        words = drake_words(error).replace("<literal-string>.urdf", path.name)
+        name = path.name if robot is None else robot.name
+        words = drake_words(error).replace("<literal-string>.urdf", name)
         raise ModelFault(
             ("file",),
             f"cannot be read: {words}; correct that in the file,"
@@ -127,10 +129,11 @@ def check_model_file(
     try:
         content = path.read_bytes()
         robot = _robot_text(known, path, arguments)
-        text = None if robot is None else robot.text
-        fault = find_markup_fault(path, text) if path.suffix in _MARKUP else ""
         if robot is not None:
             content = robot.text.encode()
+            fault = find_markup_fault(Path(robot.name), robot.text)
+        else:
+            fault = find_markup_fault(path) if path.suffix in _MARKUP else ""
     except OSError as error:
         fault = str(error.strerror)
     if fault:

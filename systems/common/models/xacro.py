@@ -68,6 +68,7 @@ class RobotText:
     """URDF that Drake reads.
 
     Attributes:
+        name: The name of the file, for messages.
         text: The text.
         files: The files of xacro that it is made of.
         unseen: The meshes that are not there, or that Drake cannot show: the
@@ -77,6 +78,7 @@ class RobotText:
         is_changed: Whether it differs from what is in the file.
     """
 
+    name: str
     text: str
     files: tuple[Path, ...]
     unseen: tuple[str, ...]
@@ -128,8 +130,11 @@ def read_robot(
     values = dict(arguments)
     raw = path.read_text(encoding="utf-8", errors="replace")
     text, files, absent = raw, [str(path)], list[str]()
+    name = path.name
     if "<xacro:" in raw or path.suffix == ".xacro":
         text, files, absent = _expand(path, dict(packages), values)
+        # Lines are those of what the command xacro prints.
+        name = f"{name} (expanded)"
     else:
         known = {"namespace": "", **values}
         asked = set(re.findall(r"\$\{(\w+)\}", raw))
@@ -138,6 +143,7 @@ def read_robot(
     text, unseen = _with_meshes(text, path.resolve().parent, packages)
     text = _with_motors(text)
     return RobotText(
+        name,
         text,
         tuple(map(Path, files)),
         tuple(dict.fromkeys(unseen)),
@@ -290,7 +296,7 @@ def expand(
         document = xacro.process_file(
             file, mappings=(known := Arguments(values)), verbosity=0
         )
-        text = document.documentElement.toxml()
+        text = document.documentElement.toprettyxml(indent=" ")
     except Exception as error:
         while not isinstance(error, ModelFault):
             inner = getattr(error, "exc", None) or error.__cause__
