@@ -10,20 +10,15 @@ import ast
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-import functools
-import hashlib
 import importlib.util
 import os
 from pathlib import Path
 import re
 import resource
-import tempfile
 from typing import Any
 
-import numpy as np
-
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.models.apart import ModelFault, call_apart
+from hunav_drake.systems.common.models.mesh_files import obj_of, read_mesh
 from hunav_drake.systems.common.suggest import shown, suggestion
 
 # Packages of Drake, whose meshes it can read.
@@ -31,9 +26,6 @@ DRAKES = ("drake", "drake_models")
 
 # The endings of meshes that Drake shows, and that bodies may touch.
 _SHOWN = (".obj", ".gltf", ".vtk")
-
-# Those of which the convex hull stands among collision shapes.
-_HULLS = (".stl", ".dae")
 
 # What expressions may not do; and parts of Python's objects that lead to
 # others.
@@ -337,11 +329,10 @@ def _place(module: Any) -> str:
 def _with_meshes(
     text: str, folder: Path, packages: Mapping[str, str]
 ) -> tuple[str, list[str]]:
-    """Returns URDF without meshes that Drake does not read, and their names.
+    """Returns URDF without visual meshes that cannot be read, and their names.
 
-    Lines stay what they are. In its place is the collision shape of the link,
-    once. Names of files are made absolute where something changes. Convex hulls
-    stand for `.stl` and `.dae` among collision shapes.
+    Lines stay what they are. In their place are the collision shapes of the
+    link. Other meshes become files that Drake reads, named by absolute paths.
     """
     unseen: list[str] = []
 
@@ -355,7 +346,7 @@ def _with_meshes(
         if name.strip().startswith(tuple(f"package://{it}/" for it in DRAKES)):
             return True
         path = _mesh_path(name, folder, packages)
-        return path.suffix.lower() in _SHOWN and path.is_file()
+        return _drakes_mesh(path) is not None
 
     def link(match: re.Match[str]) -> str:
         looks: list[str] = []
@@ -377,21 +368,24 @@ def _with_meshes(
 
     def absolute(match: re.Match[str]) -> str:
         path = _mesh_path(match[4], folder, packages)
-        path = (_hull(path) if match[2] == "mesh" else None) or path
+        path = (_drakes_mesh(path) if match[2] == "mesh" else None) or path
         if not path.is_file():
             return match[0]
         return f"{match[1]}{match[3]}file://{path}{match[3]}"
 
     plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
     result = _LINK.sub(link, plain)
-    hulls = any(it[4].lower().endswith(".stl") for it in _FILE.finditer(result))
+    others = any(
+        it[2] == "mesh" and not it[4].lower().endswith(_SHOWN)
+        for it in _FILE.finditer(result)
+    )
     defined = {
         it[1] for it in _NAMED_MATERIAL.finditer(result) if "<" in (it[2] or "")
     }
     result = _NAMED_MATERIAL.sub(
         lambda it: it[0] if it[1] in defined else "", result
     )
-    if result == plain and not hulls:
+    if result == plain and not others:
         return text, unseen
     return _FILE.sub(absolute, result), unseen
 
@@ -430,60 +424,11 @@ def _mesh_path(name: str, folder: Path, packages: Mapping[str, str]) -> Path:
     return Path(packages.get(package, "/nowhere")) / rest
 
 
-@functools.cache
-def _folder() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory(prefix="hunav-")
-
-
-def _hull(path: Path) -> Path | None:
-    """Returns the convex hull of a mesh as a file of OBJ; None if it has none.
-
-    Meshes of STL are read here, others by the package trimesh, if it is there.
-    """
-    if path.suffix.lower() not in _HULLS or not path.is_file():
-        return None
-    data = path.read_bytes()
-    result = Path(_folder().name) / f"{hashlib.sha256(data).hexdigest()}.obj"
-    if result.is_file():
-        return result
-    from scipy.spatial import ConvexHull, QhullError
-
+def _drakes_mesh(path: Path) -> Path | None:
+    """Returns a file that Drake reads for a mesh; None if there is none."""
+    if path.suffix.lower() in _SHOWN:
+        return path if path.is_file() else None
     try:
-        hull = ConvexHull(_points(path, data))
-    except (ImportError, ValueError, QhullError):
+        return obj_of(read_mesh(path))
+    except ValueError:
         return None
-    lines = ["v {:.9g} {:.9g} {:.9g}".format(*point) for point in hull.points]
-    for k, (face, normal) in enumerate(
-        zip(hull.simplices, hull.equations[:, :3], strict=True), 1
-    ):
-        a, b, c = hull.points[face]
-        order = face if np.cross(b - a, c - a) @ normal > 0 else face[::-1]
-        lines.append("vn {:.6f} {:.6f} {:.6f}".format(*normal))
-        lines.append("f " + " ".join(f"{i + 1}//{k}" for i in order))
-    draft = result.with_suffix(f".{os.getpid()}")
-    draft.write_text("\n".join(lines) + "\n")
-    os.replace(draft, result)
-    return result
-
-
-def _points(path: Path, data: bytes) -> Array:
-    """Returns the corners of a mesh, shape (n, 3), in its unit."""
-    if path.suffix.lower() == ".dae":
-        import trimesh
-
-        try:
-            scene = trimesh.load_scene(path)
-            scale = trimesh.units.unit_conversion(scene.units or "m", "m")
-            corners = scene.to_mesh().vertices * scale
-        # Readers of damaged files raise anything.
-        except Exception as error:
-            raise ValueError(str(error)) from error
-        return np.array(corners, dtype=float)
-    count = int.from_bytes(data[80:84], "little")
-    if len(data) == 84 + 50 * count:
-        rows = np.frombuffer(data, dtype=np.uint8, offset=84).reshape(count, 50)
-        points = rows[:, 12:48].copy().view("<f4").reshape(-1, 3)
-    else:
-        words = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
-        points = np.array(words, dtype=float).reshape(-1, 3)
-    return np.unique(points.astype(float), axis=0)
