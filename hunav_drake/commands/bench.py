@@ -203,7 +203,7 @@ def _suite(options: argparse.Namespace) -> "Suite":
         worlds = str(Path(options.worlds).resolve())
         changes["scenarios"] = [
             dataclasses.replace(it, folder=worlds)
-            if hasattr(it, "folder")
+            if not isinstance(it, str) and hasattr(it, "folder")
             else it
             for it in suite.scenarios
         ]

@@ -105,7 +105,7 @@ def _counts(runs: pd.DataFrame, repetitions: int) -> str:
 
 
 def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
-    wanted = METRICS
+    wanted: tuple[str, ...] = METRICS
     if any(not isinstance(it, str) for it in result.suite.scenarios):
         wanted = (*METRICS, *OF_KINDS, *scores(runs))
     names = [name for name in wanted if name in runs]
