@@ -200,10 +200,10 @@ def _suite(options: argparse.Namespace) -> "Suite":
     changes: dict[str, Any] = {}
     if options.worlds:
         # A path on the command line starts from the current folder.
-        worlds = str(Path(options.worlds).resolve())
+        worlds: Any = {"folder": str(Path(options.worlds).resolve())}
         changes["scenarios"] = [
-            dataclasses.replace(it, folder=worlds)
-            if hasattr(it, "folder")
+            dataclasses.replace(it, **worlds)
+            if not isinstance(it, str) and hasattr(it, "folder")
             else it
             for it in suite.scenarios
         ]

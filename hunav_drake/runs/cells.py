@@ -6,6 +6,7 @@ import functools
 import hashlib
 import json
 from pathlib import Path
+from typing import Any
 
 from hunav_drake.runs.run_folders import recording_path
 from hunav_drake.runs.run_row import cell_name
@@ -179,9 +180,10 @@ def _checked_kind(
     The first fault of its seeds is added to the faults.
     """
     name = kind.name or name_of(kind)
-    given = {"name": name}
-    if folder is not None and getattr(kind, "folder", ""):
-        given["folder"] = str(folder / getattr(kind, "folder", ""))
+    given: dict[str, Any] = {"name": name}
+    own = str(getattr(kind, "folder", ""))
+    if folder is not None and own:
+        given["folder"] = str(folder / own)
     kind = replace(kind, **given)
     text = json.dumps(plain(kind))
     for seed in suite.seed_list(name):

@@ -73,6 +73,7 @@ def to_markdown(result: SuiteResult, command: str) -> str:
         f"    {command}",
         "",
         f"with {_counts(runs, suite.repetitions)} ({versions})."
+        f"{_worlds(result, runs)}"
         " Numbers are means \N{PLUS-MINUS SIGN} half of the 95 % confidence"
         " interval. Rates have the interval in square brackets. There is no"
         " interval for a single seed, or if all values are equal."
@@ -104,8 +105,16 @@ def _counts(runs: pd.DataFrame, repetitions: int) -> str:
     return text
 
 
+def _worlds(result: SuiteResult, runs: pd.DataFrame) -> str:
+    """Returns the number of generated worlds, as a sentence, if there are."""
+    if runs.empty or all(isinstance(it, str) for it in result.suite.scenarios):
+        return ""
+    count = int(runs.groupby("scenario").seed.nunique().sum())
+    return f" Each seed has a world of its own: these are {count} worlds."
+
+
 def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
-    wanted = METRICS
+    wanted: tuple[str, ...] = METRICS
     if any(not isinstance(it, str) for it in result.suite.scenarios):
         wanted = (*METRICS, *OF_KINDS, *scores(runs))
     names = [name for name in wanted if name in runs]

@@ -112,8 +112,8 @@ class ScenarioKind(ABC):
     """Behaviors, with weights in proportion to which they are drawn."""
 
     robot_radius: BodyRadius = 0.275
-    """Radius of the robot's disc, in meters; there is a way for it. (Planners
-    with maps take 0.275 for radii up to 0.35, unless they are told theirs.)"""
+    """Radius of the robot's disc, in meters; there is a way for it. Planners
+    with maps take 0.275 m for radii up to 0.35 m, unless they are told."""
 
     @abstractmethod
     def draw(self, seed: int, random: np.random.Generator) -> Draft:
@@ -269,7 +269,9 @@ def _leads_to_goal(draft: Draft) -> bool:
         ]
     )
     thick = solid.buffer(draft.robot.radius + _EASE, quad_segs=4)
-    rooms = shapely.get_parts(thick.envelope.difference(thick))
+    # Around a world without walls, there is floor.
+    whole = shapely.union_all([thick, *ends]).buffer(1.0).envelope
+    rooms = shapely.get_parts(whole.difference(thick))
     return any(all(room.covers(it) for it in ends) for room in rooms)
 
 
@@ -290,7 +292,11 @@ def _with_people(kind: ScenarioKind, draft: Draft, seed: int) -> Scenario:
     listed.humans = [
         dc.replace(
             human,
-            pose=tuple(round(it, 3) for it in human.pose),
+            pose=(
+                round(human.pose[0], 3),
+                round(human.pose[1], 3),
+                round(human.pose[2], 3),
+            ),
             goals=[tuple(np.round(it, 3)) for it in human.goals[:_GOALS]],
             desired_speed=round(human.desired_speed, 3),
             body_radius=round(human.body_radius or human.radius, 3),

@@ -123,11 +123,11 @@ def test_the_difficulties_of_seeds_are_spread_over_a_range():
 
 def test_a_field_is_made_of_columns_in_cells():
     scenario = GenerateScenario(
-        "field", seed=1, people=0, smoothing=0, fill=0.1
+        "field", seed=1, people=0, smoothing=0, fill=0.03
     )
     discs = [it for it in scenario.world.walls if isinstance(it, Disc)]
-    # A tenth of 900 cells, by the binomial distribution.
-    assert len(discs) == pytest.approx(90, abs=4 * 9)
+    # A share of 900 cells, by the binomial distribution.
+    assert len(discs) == pytest.approx(27, abs=4 * 5.1)
     cells = np.array([it.center for it in discs]) / 0.15 - 0.5
     assert cells == pytest.approx(cells.round(), abs=1e-3)
     assert {it.radius for it in discs} == {0.075}
