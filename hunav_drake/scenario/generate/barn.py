@@ -2,7 +2,6 @@
 
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
-import xml.etree.ElementTree as ET
 
 import numpy as np
 from pydantic import Field, StrictStr
@@ -137,9 +136,7 @@ class Barn(ScenarioKind):
 
 
 def read_columns(file: Path) -> Array:
-    """Returns the upright cylinders of an SDF world.
-
-    A pose in its <state> replaces that of the model.
+    """Returns the upright cylinders of a world.
 
     Returns:
         Shape (k, 3), rows (x, y, radius) in W, in meters.
@@ -147,32 +144,20 @@ def read_columns(file: Path) -> Array:
     Raises:
         ValueError: If the file is damaged, or has no cylinder.
     """
+    # Imported here: most scenarios have no such world.
+    from pydrake.geometry import Cylinder
+
+    from hunav_drake.systems.common.models.gazebo import read_gazebo
+
     try:
-        world = ET.parse(file).getroot().find("world")
-    except (OSError, ET.ParseError, ValueError) as error:
-        raise ValueError(f"{file}: is not an SDF world: {error}") from error
-    models = [] if world is None else world.findall("model")
-    moved = {
-        it.get("name"): it
-        for it in ([] if world is None else world.findall("state/model"))
-    }
-    rows = []
-    for model in models:
-        radius = model.find(".//collision/geometry/cylinder/radius")
-        if radius is None:
-            continue
-        name = model.get("name")
-        pose = moved.get(name, model).findtext("pose", "0 0 0 0 0 0")
-        try:
-            row = [*map(float, pose.split()), float(radius.text or "")]
-        except ValueError:
-            row = []
-        if len(row) != 7 or not np.isfinite(row).all() or not row[-1] > 0:
-            raise ValueError(
-                f"{file}: {name}: must have a pose of six numbers and a"
-                f" positive radius, got {pose!r:.60} and {radius.text!r:.20}"
-            )
-        rows.append([row[0], row[1], row[6]])
+        parts = read_gazebo(file).collisions
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+    rows = [
+        (*part.X_WG.translation()[:2], part.shape.radius())
+        for part in parts
+        if isinstance(part.shape, Cylinder)
+    ]
     if not rows:
         raise ValueError(f"{file}: has no models with cylinders")
     return np.array(rows)

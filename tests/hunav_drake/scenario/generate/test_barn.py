@@ -45,7 +45,7 @@ def test_columns_become_discs_and_a_state_moves_them(folder):
     assert read_columns(file).tolist() == [list(it) for it in COLUMNS]
     moved = (
         "<model name='unit_cylinder_1'><pose>-3 8 0 0 0 0</pose>"
-        "<link name='link'><pose>9 9 9 9 9 9</pose></link></model>"
+        "<link name='link'><pose>-3 8 1 0 0 0</pose></link></model>"
     )
     file.write_text(world(COLUMNS, moved))
     assert read_columns(file)[1].tolist() == [-3, 8, 0.1]
@@ -86,23 +86,23 @@ def test_people_may_walk_in_its_worlds(folder):
 @pytest.mark.parametrize(
     ("name", "content", "told"),
     [
-        ("world_0.world", b"<sdf><world>", "is not an SDF world: no element"),
-        ("world_0.world", b"", "is not an SDF world"),
-        ("world_0.world", b"<sdf/>", "has no models with cylinders"),
+        ("world_0.world", b"<sdf><world>", "Error parsing XML: no element"),
+        ("world_0.world", b"", "Error parsing XML"),
+        ("world_0.world", b"<sdf/>", "has neither <world> nor <model>"),
         (
             "world_0.world",
             world([("x", 6, 0.075)]).encode(),
-            "unit_cylinder_0: must have a pose of six numbers",
+            "<pose> must be 6 finite numbers",
         ),
         (
             "world_0.world",
             world([(0, float("nan"), 0.075)]).encode(),
-            "must have a pose of six numbers",
+            "<pose> must be 6 finite numbers",
         ),
         (
             "world_0.world",
             world([(0, 6, -1)]).encode(),
-            "a positive radius, got",
+            r"<radius> must be in \(0, ",
         ),
         ("world_0.world", None, "there is no such file"),
         ("path_files/path_0.npy", b"text", "is not a path"),
@@ -163,5 +163,5 @@ def test_a_suite_scores_its_worlds_and_continues(folder, tmp_path):
 
 def test_a_suite_tells_a_damaged_world_before_it_runs(folder):
     (folder / "world_1.world").write_text("<sdf>")
-    with pytest.raises(ScenarioError, match=r"world_1\.world: is not an SDF"):
+    with pytest.raises(ScenarioError, match=r"world_1\.world: cannot be read"):
         RunSuite(suite_of(folder), workers=1)
