@@ -37,6 +37,7 @@ SQUARE = [[8, 8], [9, 8], [9, 9]]
 NEEDED = {
     "box": {"center": [8.5, 8.5], "size": [1, 1]},
     "polygon": {"points": SQUARE},
+    "disc": {"center": [8.5, 8.5], "radius": 0.5},
     "polyline": {"points": SQUARE},
     **{kind: {"center": [8.5, 8.5]} for kind in FURNITURE},
     "urdf": {

@@ -40,9 +40,20 @@ RECORDINGS = (
 )
 # And what else may stay, with the reason.
 SPLINES = "of recorded people: of what a file has, before a trial"
+COUNTS = "numbers of cells, which are exact"
 POSES = "products of Drake's poses, which are its own"
 ALLOWED = {
+    "ndimage.convolve(full.astype(float), around, mode='constant')": COUNTS,
     "X_WM @ X_MB": POSES,
+    "X_above @ X": POSES,
+    "X_WM @ frames.resolve(*posed.pose(), posed)": POSES,
+    "X_WM @ own.resolve(RigidTransform(), placement, model).inverse()": POSES,
+    "X_WM @ top.pose()[0]": POSES,
+    "X_WM @ frames.pose_of(link.name)": POSES,
+    "X_WL @ X_LG": POSES,
+    "X_WM @ part.X_WG": POSES,
+    "(X_WG @ corners.T).T.reshape(-1, 3, 3)": POSES,
+    "(X_WG @ _points(part.shape).T).T": POSES,
     "X_WB @ facts.X_RB.inverse()": POSES,
     "X_BL @ inspector.GetPoseInFrame(geometry)": POSES,
     "(box.pose() @ (corners * box.half_width()).T).T": POSES,

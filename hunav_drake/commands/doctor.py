@@ -37,6 +37,7 @@ _EXTRAS = (
     ("film", "av", "hunav render to .mp4"),
     ("gazebo", "trimesh", "meshes of worlds of Gazebo"),
     ("notebook", "jupyterlab", "make notebook"),
+    ("xacro", "xacro", "robots of .xacro files"),
 )
 
 _REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[^]]*\])?\s*>=\s*([\w.]+)")

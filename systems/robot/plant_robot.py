@@ -406,7 +406,7 @@ def _MendShapes(
             along = R_BC.multiply(
                 inspector.GetPoseInFrame(geometry).rotation().matrix()[:, 2]
             )
-            flat = abs(axis[2]) < 0.1 and abs(axis @ along) > 0.99
+            flat = abs(axis[2]) < 0.1 and abs((axis * along).sum()) > 0.99
             if isinstance(shape, Cylinder) and flat:
                 r, half = shape.radius(), shape.length() / 2
                 scene_graph.ChangeShape(source, geometry, Ellipsoid(r, r, half))

@@ -68,9 +68,10 @@ def _heights(part: Part, X_WG: RigidTransform) -> tuple[float, float]:
     """Returns the lowest and the highest z of a part in W, in meters."""
     up, z = X_WG.rotation().matrix()[2], X_WG.translation()[2]
     if isinstance(part.shape, MeshFile):
-        heights = part.shape.triangles.reshape(-1, 3) * part.scale @ up + z
+        points = part.shape.triangles.reshape(-1, 3) * part.scale
+        heights = (points * up).sum(axis=1) + z
         return float(heights.min()), float(heights.max())
-    reach = float(np.abs(up) @ _half(part.shape))
+    reach = float((np.abs(up) * _half(part.shape)).sum())
     return z - reach, z + reach
 
 
@@ -99,7 +100,8 @@ def _cut(
     """Returns the part below a height, and its pose."""
     shape = part.shape
     if isinstance(shape, MeshFile):
-        matrix = X_WG.GetAsMatrix4() @ np.diag([*part.scale, 1.0])
+        matrix = X_WG.GetAsMatrix4()
+        matrix[:, :3] *= part.scale
         file = obj_of(shape, part.color, (matrix, cut))
         mesh = Mesh(str(file), scale3=np.array(part.scale)) if file else None
         return mesh, X_WG

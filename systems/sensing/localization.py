@@ -118,7 +118,9 @@ class Localization(Sampling, LeafSystem):
         change = np.array([[c, s], [-s, c]])
         here = ~is_outside(rows)
         away = rows[:, [X, Y]] - robot[[X, Y]]
-        rows[:, [X, Y]] += here[:, None] * (away @ change + [error_x, error_y])
-        rows[:, [VX, VY]] += rows[:, [VX, VY]] @ change
+        moved = np.array([error_x, error_y])
+        moved = moved + np.einsum("ij,jk->ik", away, change)
+        rows[:, [X, Y]] += here[:, None] * moved
+        rows[:, [VX, VY]] += np.einsum("ij,jk->ik", rows[:, [VX, VY]], change)
         rows[:, YAW] += here * turn
         return rows.ravel()

@@ -119,8 +119,8 @@ class Surface:
 def mesh_solids(triangles: Array) -> Iterator[Hull | Surface]:
     """Yields the solids of a mesh, given its triangles (t, 3, 3) in W."""
     sides = np.diff(triangles[:, [0, 1, 2, 0]], axis=1)
-    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    triangles = triangles[area > 0]
+    normals = np.cross(sides[:, 0], sides[:, 1])
+    triangles = triangles[(normals != 0).any(axis=1)]
     if not len(triangles):
         return
     hollow, enclosing = [], []
@@ -186,14 +186,14 @@ def _hull_corners(triangles: Array) -> Array | None:
     sides = (triangles + triangles[:, [1, 2, 0]]).reshape(-1, 3) / 2
     middles = np.concatenate([triangles.mean(axis=1), sides])
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
-    depth = -(middles @ normals.T + offsets).max(axis=1)
+    depth = -(np.einsum("ij,kj->ik", middles, normals) + offsets).max(axis=1)
     if depth.max() > _DENT:
         return None
     # Nothing is missing of it: an open box is no box.
     corners = np.cross(
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
-    if np.linalg.norm(corners, axis=1).sum() / 2 < 0.9 * hull.area:
+    if np.sqrt((corners**2).sum(axis=1)).sum() / 2 < 0.9 * hull.area:
         return None
     found: Array = points[hull.vertices]
     return found

@@ -98,8 +98,9 @@ class Barn(ScenarioKind):
         """
         file = self._file(f"path_files/path_{seed}.npy")
         try:
-            cells = np.load(file, allow_pickle=False)
-        except (OSError, ValueError, EOFError) as error:
+            with file.open("rb") as opened:
+                cells = np.lib.format.read_array(opened, allow_pickle=False)
+        except (OSError, ValueError, EOFError, MemoryError) as error:
             raise ValueError(f"{file}: is not a path: {error}") from error
         if (
             cells.ndim != 2

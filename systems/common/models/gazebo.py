@@ -93,7 +93,9 @@ class Part:
 
     def matrix(self) -> Any:
         """Returns the matrix (4, 4) from the mesh to the frame of the file."""
-        return self.X_WG.GetAsMatrix4() @ np.diag([*self.scale, 1.0])
+        matrix = self.X_WG.GetAsMatrix4()
+        matrix[:, :3] *= self.scale
+        return matrix
 
 
 @dataclass(frozen=True)

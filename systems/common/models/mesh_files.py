@@ -97,8 +97,9 @@ def kept(name: str, make: Callable[[], Array]) -> NDArray[Any]:
     """
     path = cache_folder() / f"{name}.npy"
     try:
-        return np.asarray(np.load(path, allow_pickle=False))
-    except (OSError, ValueError, EOFError):
+        with path.open("rb") as file:
+            return np.lib.format.read_array(file, allow_pickle=False)
+    except (OSError, ValueError, EOFError, MemoryError):
         array: NDArray[Any] = make()
     # (What a full disk does not take is made again.)
     with suppress(OSError), atomic_write(path) as file:
@@ -329,7 +330,7 @@ def _cut(scene: Any, cut: tuple[Any, float] | None) -> list[Any]:
     X, height = cut
     # The plane z = height there, in the frame of the mesh.
     normal = -X[2, :3]
-    origin = normal * (X[2, 3] - height) / (normal @ normal)
+    origin = normal * (X[2, 3] - height) / (normal**2).sum()
     parts = [mesh.slice_plane(origin, normal) for mesh in parts]
     return [mesh for mesh in parts if len(mesh.faces)]
 

@@ -77,14 +77,13 @@ def test_robot_and_people_are_seen_where_they_are(run, view):
 def test_meshes_that_cannot_be_shown_are_told(tmp_path):
     """Drake's renderer asks for normals."""
     (tmp_path / "tent.obj").write_text(FILES["part.obj"])
-    (tmp_path / "hall.sdf").write_text(
-        '<sdf version="1.9"><model name="hall"><static>1</static>'
-        '<link name="l"><visual name="v"><geometry><mesh><uri>tent.obj</uri>'
-        "</mesh></geometry></visual><collision name='c'><geometry><box><size>"
-        "1 1 1</size></box></geometry></collision></link></model></sdf>"
+    (tmp_path / "hall.urdf").write_text(
+        '<robot name="hall"><link name="l"><visual><geometry><mesh'
+        ' filename="tent.obj"/></geometry></visual><collision><geometry><box'
+        ' size="1 1 1"/></geometry></collision></link></robot>'
     )
     (tmp_path / "trial.yaml").write_text(
-        "{world: {models: [{file: hall.sdf}]},"
+        "{world: {models: [{file: hall.urdf}]},"
         " robot: {start: [-2, 0, 0], goal: [-1, 0, 0]},"
         " simulation: {duration: 0.1}}"
     )
