@@ -25,13 +25,19 @@ from hunav_drake.systems.planning.costmap.static_layer import (
 )
 from hunav_drake.systems.planning.navigation.memory import Sight
 from hunav_drake.systems.planning.navigation.regions import (
+    blocks_around,
     bounds_of,
     global_region,
     wall_region,
 )
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_config import LidarConfig
-from hunav_drake.systems.world.maps.costs import Costmap, Region, region_around
+from hunav_drake.systems.world.maps.costs import (
+    MOST_CELLS,
+    Costmap,
+    Region,
+    region_around,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 
 
@@ -61,7 +67,8 @@ class Maps:
         of `local` is None.
 
         Raises:
-            ValueError: If a map would have more than 25 million cells.
+            ValueError: If the global map would have more than 25 million
+                cells.
         """
         self.radius = inscribed_radius(robot_radius)
         self._obstacles = obstacles
@@ -85,11 +92,17 @@ class Maps:
             for resolution in (self._resolution, self._whole_resolution)
         }
         self._bounds = bounds_of(obstacles)
-        self._walls = static_map(
-            obstacles,
-            wall_region(self._bounds, inflation[0], self._resolution),
-            self._graded[self._resolution],
-        )
+        if len(obstacles.segments):
+            # (It covers the walls at least.)
+            global_region(
+                *(self._bounds, *self._bounds, whole.margin, whole.resolution)
+            )
+        self._reach = inflation[0]
+        around = wall_region(self._bounds, inflation[0], self._resolution)
+        self._walls: StaticMap | None = None
+        if around.rows * around.columns <= MOST_CELLS:
+            graded = self._graded[self._resolution]
+            self._walls = static_map(obstacles, around, graded)
 
     def global_region(self, robot: Array, goal: Array) -> Region:
         """Returns the region of walls, robot, goal, and margin."""
@@ -116,9 +129,14 @@ class Maps:
         """Returns the local map around the robot from a sight."""
         x, y = robot[:2].tolist()
         region = region_around(x, y, self._size, self._resolution)
+        graded = self._graded[self._resolution]
+        walls = self._walls
+        if walls is None:
+            # A world too large for one map: the part around the robot.
+            part = blocks_around(region, self._reach)
+            walls = static_map(self._obstacles, part, graded)
         around = self._around(
-            *(sight.robot, sight.humans, self._walls),
-            *(self._graded[self._resolution], sight.marks),
+            sight.robot, sight.humans, walls, graded, sight.marks
         )
         return region.as_map(make_costs(self._local, region, around))
 

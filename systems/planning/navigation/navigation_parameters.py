@@ -294,11 +294,8 @@ class NavigationParameters(Planner):
         """Yields faults if the maps of the world are too large."""
         from hunav_drake.systems.planning.navigation import regions
 
-        usual = NAVIGATION_PROFILES[self.profile].local_resolution
-        local = either(self.local_costmap.resolution, usual)
         yield from regions.region_faults(
-            *(obstacles, (start, goal), self.inflation_radius),
-            *(local, self.global_costmap),
+            obstacles, (start, goal), self.global_costmap
         )
 
     def setup(self, task: PlanningTask) -> NavigationSetup:

@@ -13,23 +13,18 @@ from hunav_drake.systems.world.obstacles import Obstacles
 # A robot outside the walls extends the global map in steps of this, in meters.
 _STRIDE = 5.0
 
+# The side of a block of cells.
+_BLOCK = 512
+
 
 def region_faults(
-    obstacles: Obstacles,
-    ends: tuple[Array, Array],
-    inflation_radius: float,
-    local_resolution: float,
-    whole: GlobalCostmap,
+    obstacles: Obstacles, ends: tuple[Array, Array], whole: GlobalCostmap
 ) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yields the costmaps of a world that would be too large, and why.
 
     `ends` are the robot's start and goal, in W.
     """
     bounds = bounds_of(obstacles)
-    try:
-        wall_region(bounds, inflation_radius, local_resolution)
-    except ValueError as error:
-        yield ("local_costmap", "resolution"), str(error)
     try:
         global_region(bounds, *ends, whole.margin, whole.resolution)
     except ValueError as error:
@@ -47,7 +42,7 @@ def bounds_of(obstacles: Obstacles) -> tuple[Array, Array]:
 def wall_region(
     bounds: tuple[Array, Array], inflation_radius: float, resolution: float
 ) -> Region:
-    """Returns the region of the walls and their inflation."""
+    """Returns the region of the walls and their inflation, of any size."""
     if math.isinf(bounds[0][0]):
         return region_of((0.0, 0.0), (0.0, 0.0), resolution)
     # (The inflation may exceed the radius by one cell.)
@@ -56,6 +51,26 @@ def wall_region(
         tuple((bounds[0] - near).tolist()),
         tuple((bounds[1] + near).tolist()),
         resolution,
+        most=math.inf,
+    )
+
+
+def blocks_around(region: Region, inflation_radius: float) -> Region:
+    """Returns whole blocks of the lattice that cover a region.
+
+    They also cover the walls whose inflation reaches it.
+    """
+    near = math.ceil(inflation_radius / region.resolution) + 2
+    row = (region.row - near) // _BLOCK * _BLOCK
+    column = (region.column - near) // _BLOCK * _BLOCK
+    rows = region.row + region.rows + near - row
+    columns = region.column + region.columns + near - column
+    return Region(
+        row,
+        column,
+        -(-rows // _BLOCK) * _BLOCK,
+        -(-columns // _BLOCK) * _BLOCK,
+        region.resolution,
     )
 
 

@@ -119,7 +119,11 @@ def region_around(x: float, y: float, side: float, resolution: float) -> Region:
 
 
 def region_of(
-    low: tuple[float, float], high: tuple[float, float], resolution: float
+    low: tuple[float, float],
+    high: tuple[float, float],
+    resolution: float,
+    *,
+    most: float = MOST_CELLS,
 ) -> Region:
     """Returns the smallest region that covers a rectangle.
 
@@ -127,19 +131,20 @@ def region_of(
         low: The lower left corner (x, y), in W, in meters.
         high: The upper right corner.
         resolution: The side of a cell, in meters.
+        most: The largest number of cells.
 
     Raises:
-        ValueError: If it has more than 25 million cells.
+        ValueError: If it has more, by default than 25 million.
     """
     column, row = (math.floor(c / resolution + 0.5 + 1e-9) for c in low)
     columns = math.ceil(high[0] / resolution + 0.5 - 1e-9) - column
     rows = math.ceil(high[1] / resolution + 0.5 - 1e-9) - row
     columns, rows = max(columns, 1), max(rows, 1)
-    if columns * rows > MOST_CELLS:
-        least = resolution * math.sqrt(columns * rows / MOST_CELLS)
+    if columns * rows > most:
+        least = resolution * math.sqrt(columns * rows / most)
         least = math.ceil(1000 * least) / 1000
         raise ValueError(
-            f"a resolution must give at most {MOST_CELLS} cells, got"
+            f"a resolution must give at most {most:.0f} cells, got"
             f" {resolution:g} m, which gives {rows} x {columns}; take a coarser"
             f" one, {least:g} m at least, or a smaller world"
         )

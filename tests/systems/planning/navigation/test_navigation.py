@@ -16,7 +16,8 @@ from hunav_drake.systems.planning import (
     SclPlanner,
     View,
 )
-from hunav_drake.systems.planning.navigation import Control
+from hunav_drake.systems.planning.navigation import Control, maps
+from hunav_drake.systems.planning.navigation.memory import Sight
 from hunav_drake.systems.robot import RobotLimits
 from hunav_drake.systems.sensing import LidarConfig
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -407,3 +408,22 @@ def test_the_system_tells_why():
     assert "is in an obstacle" in dut.GetReason(context)
     status = dut.get_status_output_port().Eval(context)
     assert status == [PlannerStatus.FAILED]
+
+
+def test_a_world_in_blocks_has_the_same_local_maps(monkeypatch):
+    random = np.random.default_rng(5)
+    corners = random.uniform(-15, 15, (60, 2))
+    solids = [box(x, y, x + 0.4, y + 0.7) for x, y in corners]
+    obstacles = Obstacles.from_shapes(solids, solid=[True] * len(solids))
+    whole = DwbPlanner().setup(make_task(obstacles)).maps
+    monkeypatch.setattr(maps, "MOST_CELLS", 0)
+    parted = DwbPlanner().setup(make_task(obstacles)).maps
+    seen = 0
+    for x, y in random.uniform(-16, 16, (20, 2)):
+        robot = np.array([x, y, 0, 0, 0, 0, 0.35])
+        sight = Sight(0, robot, NOBODY)
+        one, other = (it.local_map(robot, sight) for it in (whole, parted))
+        assert one.origin == other.origin
+        np.testing.assert_array_equal(one.costs, other.costs)
+        seen += one.costs.any()
+    assert seen > 10
