@@ -15,12 +15,21 @@ from pydrake.systems.framework import Context
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, Scenario
 from hunav_drake.scenario import draw_people
 from hunav_drake.systems.behavior import BEHAVIORS
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.world.obstacles import nearest_wall
 from tests.random_worlds import draw_world
 
 MODELS = ("social_force", "orca", "headed_social_force")
 # How deep bodies may be in each other and in walls, in meters, to rounding.
 DEEPEST = 0.01 + 1e-9
+
+# The largest disc about the base in bodies that are not round, in meters. The
+# disc of the robot is larger, and people leave it after their next step.
+_WITHIN = {
+    "jackal": 0.155,
+    "turtlebot3_burger": 0.037,
+    "turtlebot3_waffle": 0.069,
+}
 DURATION = 20.0
 STEP = 0.05
 
@@ -148,8 +157,11 @@ def worst_of(scenario: Scenario) -> Worst:
     gaps = np.linalg.norm(
         places[:, pairs[0]] - places[:, pairs[1]], axis=-1
     ) - (bodies[pairs[0]] + bodies[pairs[1]])
+    radius = np.minimum(
+        robot[:, 6], _WITHIN.get(name_of(scenario.robot), math.inf)
+    )
     robot_gaps = np.linalg.norm(places - robot[:, None, :2], axis=-1) - (
-        bodies + robot[:, None, 6]
+        bodies + radius[:, None]
     )
     speeds = np.linalg.norm(humans[..., 3:5], axis=-1) / limits
     walls = scenario.world.obstacles()
