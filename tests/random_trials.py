@@ -5,12 +5,13 @@ with --worlds, those of `random_worlds`.
 """
 
 import argparse
+from collections.abc import Iterator
 import json
 import math
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial, Scenario
 from hunav_drake.scenario import draw_people
@@ -23,13 +24,9 @@ MODELS = ("social_force", "orca", "headed_social_force")
 # How deep bodies may be in each other and in walls, in meters, to rounding.
 DEEPEST = 0.01 + 1e-9
 
-# The largest disc about the base in bodies that are not round, in meters. The
-# disc of the robot is larger, and people leave it after their next step.
-_WITHIN = {
-    "jackal": 0.155,
-    "turtlebot3_burger": 0.037,
-    "turtlebot3_waffle": 0.069,
-}
+# Robots with bodies that are not round, about which people leave the robot's
+# larger disc after their next step: what counts is how deep bodies are.
+_NOT_ROUND = ("jackal", "turtlebot3_burger", "turtlebot3_waffle")
 DURATION = 20.0
 STEP = 0.05
 
@@ -128,8 +125,13 @@ def worst_of(scenario: Scenario) -> Worst:
     ]
     finite = True
 
+    is_not_round = name_of(scenario.robot) in _NOT_ROUND
+    depths = [-math.inf]
+
     def look(context: Context) -> bool:
         nonlocal finite
+        if is_not_round:
+            depths.extend(_depths(diagram, context))
         # As often as costs little.
         if context.get_time() % 2.0 < 0.04:
             for port in sensed:
@@ -157,12 +159,11 @@ def worst_of(scenario: Scenario) -> Worst:
     gaps = np.linalg.norm(
         places[:, pairs[0]] - places[:, pairs[1]], axis=-1
     ) - (bodies[pairs[0]] + bodies[pairs[1]])
-    radius = np.minimum(
-        robot[:, 6], _WITHIN.get(name_of(scenario.robot), math.inf)
-    )
     robot_gaps = np.linalg.norm(places - robot[:, None, :2], axis=-1) - (
-        bodies + radius[:, None]
+        bodies + robot[:, None, 6]
     )
+    if is_not_round:
+        robot_gaps = -np.array(depths)
     speeds = np.linalg.norm(humans[..., 3:5], axis=-1) / limits
     walls = scenario.world.obstacles()
     in_wall = max(
@@ -185,6 +186,24 @@ def worst_of(scenario: Scenario) -> Worst:
             finite and np.isfinite(humans).all() and np.isfinite(robot).all()
         ),
     )
+
+
+def _depths(diagram: Diagram, context: Context) -> Iterator[float]:
+    """Yields how deep bodies of people and of the robot are in each other."""
+    scene_graph = diagram.GetSubsystemByName("scene_graph")
+    own = scene_graph.GetMyContextFromRoot(context)
+    plant = diagram.GetSubsystemByName("plant")
+    query = scene_graph.get_query_output_port().Eval(own)
+    inspector = query.inspector()
+    for pair in query.ComputePointPairPenetration():
+        names = {
+            plant.GetBodyFromFrameId(inspector.GetFrameId(it)).model_instance()
+            for it in (pair.id_A, pair.id_B)
+        }
+        if plant.HasModelInstanceNamed("people") and (
+            plant.GetModelInstanceByName("people") in names
+        ):
+            yield pair.depth
 
 
 def main() -> None:
