@@ -45,6 +45,7 @@ POSES = "products of Drake's poses, which are its own"
 ALLOWED = {
     "ndimage.convolve(full.astype(float), around, mode='constant')": COUNTS,
     "X_WM @ X_MB": POSES,
+    "X_WL @ inspector.GetPoseInFrame(geometry) @ box.pose()": POSES,
     "X_above @ X": POSES,
     "X_WM @ frames.resolve(*posed.pose(), posed)": POSES,
     "X_WM @ own.resolve(RigidTransform(), placement, model).inverse()": POSES,

@@ -59,6 +59,9 @@ from hunav_drake.systems.robot.robot_driver import RobotDriver
 # caster that slides.
 _UNSTATED, _SLIDING = 1.0, CoulombFriction(0.1, 0.1)
 
+# How far above the floor a support may be, in meters.
+_SUPPORT = 0.02
+
 # How fast a skid steer corrects its velocity, in 1/s.
 _GAIN = 5.0
 
@@ -383,8 +386,9 @@ def _MendShapes(
 
     Cylinders that roll become ellipsoids: the one point at which Drake lets a
     cylinder touch the floor is at one of its ends, and that of a wheel is in
-    its middle. What is fixed to a base on wheels gets a low friction, unless
-    the file gives one: in files of robots it is a caster's stand-in.
+    its middle. What is fixed to a base on wheels, and reaches down to the
+    floor, gets a low friction, unless the file gives one: in files of robots it
+    is a caster's stand-in.
     """
     source = plant.get_source_id()
     inspector = scene_graph.model_inspector()
@@ -412,6 +416,15 @@ def _MendShapes(
                 scene_graph.ChangeShape(source, geometry, Ellipsoid(r, r, half))
     for body in plant.GetBodiesWeldedTo(model.base) if model.wheels else ():
         for geometry in plant.GetCollisionGeometriesForBody(body):
+            box = inspector.GetObbInGeometryFrame(geometry)
+            if box is None:
+                continue
+            X_WL = plant.EvalBodyPoseInWorld(context, body)
+            X_WO = X_WL @ inspector.GetPoseInFrame(geometry) @ box.pose()
+            up = np.abs(X_WO.rotation().matrix()[2])
+            lowest = X_WO.translation()[2] - (up * box.half_width()).sum()
+            if lowest > _SUPPORT:
+                continue
             properties = inspector.GetProximityProperties(geometry)
             found = properties.GetProperty("material", "coulomb_friction")
             if found.static_friction() == _UNSTATED:

@@ -223,3 +223,25 @@ def test_wrong_wheels_are_told(text, wheels, place, words, tmp_path):
     ((got, message),) = ROBOTS.make(robot).find_faults()
     assert got == place
     assert words in message
+
+
+def test_what_is_fixed_slides_only_where_it_reaches_the_floor(tmp_path):
+    ball = (
+        '<link name="ball"><collision><geometry><sphere radius="0.03"/>'
+        '</geometry></collision></link><joint name="fixed" type="fixed"><parent'
+        ' link="base"/><child link="ball"/><origin xyz="0.25 0 -0.07"/></joint>'
+    )
+    text = cart(TWO).replace("</robot>", f"{ball}</robot>")
+    wheels = {"type": "differential", **TWO_WHEELS}
+    diagram = make_diagram(make(tmp_path, text, wheels))
+    plant = diagram.GetSubsystemByName("plant")
+    inspector = diagram.GetSubsystemByName("scene_graph").model_inspector()
+    found = {}
+    for name in ("base", "ball"):
+        body = plant.GetBodyByName(name)
+        (shape,) = plant.GetCollisionGeometriesForBody(body)
+        friction = inspector.GetProximityProperties(shape).GetProperty(
+            "material", "coulomb_friction"
+        )
+        found[name] = friction.dynamic_friction()
+    assert found == {"base": 1.0, "ball": 0.1}
