@@ -112,7 +112,13 @@ def AddDrivenModel(
         for joint, value in zip(stages, start, strict=True):
             joint.set_default_positions([value])
         motors += stages
-        force, torque = _forces(drive, facts)
+        known = _actuators(plant, instance)
+        own = [
+            known[wheel.joint].effort_limit()
+            for wheel in facts.wheels
+            if wheel.joint in known
+        ]
+        force, torque = _forces(drive, facts, min(own, default=math.inf))
         limits += [force, force, torque]
         dampings += [_PUSH_DAMPING, _PUSH_DAMPING, _TURN_DAMPING]
     else:
@@ -153,22 +159,29 @@ def _arms(drive: WheelDrive, wheels: tuple[Wheel, ...]) -> list[float]:
             half if wheel.setting == "left_wheel" else -half for wheel in wheels
         ]
     if isinstance(drive, MecanumWheels):
+        # Rollers of wheels on a diagonal are parallel.
+        diagonal = ("front_left_wheel", "rear_right_wheel")
         return [
-            math.copysign(abs(x) + abs(y), y)
-            for x, y, _ in (wheel.place for wheel in wheels)
+            wheel.place[1]
+            + (1 if wheel.setting in diagonal else -1) * wheel.place[0]
+            for wheel in wheels
         ]
     return [wheel.place[1] for wheel in wheels]
 
 
 def _forces(
-    drive: MecanumWheels | PlanarBase, facts: ModelFacts
+    drive: MecanumWheels | PlanarBase, facts: ModelFacts, limit: float
 ) -> tuple[float, float]:
-    """Returns the largest force, in N, and torque, in N m, on the base."""
+    """Returns the largest force, in N, and torque, in N m, on the base.
+
+    `limit` is that of the model's motors of wheels, in N m.
+    """
     if isinstance(drive, PlanarBase):
         return drive.max_force, drive.max_torque
     arms = list(map(abs, _arms(drive, facts.wheels)))
     force = min(
-        len(arms) * drive.max_torque / drive.wheel_radius, _GRIP * facts.mass
+        len(arms) * min(drive.max_torque, limit) / drive.wheel_radius,
+        _GRIP * facts.mass,
     )
     return force, force * sum(arms) / len(arms)
 
@@ -262,7 +275,7 @@ def make_motor_states(
         """Scales all motors equally, which keeps the curvature."""
         angles, omega = steer(v, omega)
         rim = abs(v) + widest * abs(omega)
-        limit = min(1.0, fastest / rim) if rim else 0.0
+        limit = min(1.0, fastest / rim) if rim else 1.0
         scale = limit / radius
         speeds = still.copy()
         for k, sign, arm in rolling:

@@ -54,7 +54,8 @@ class WheelDrive(DriveConfig):
     """Radius of the wheels, in meters."""
 
     max_torque: Torque = 20.0
-    """Maximum torque on a wheel, in N m. A lower limit in the model holds."""
+    """Maximum torque on a wheel, in N m. A lower limit of a motor in the model
+    holds."""
 
     max_wheel_speed: WheelSpeed = 100.0
     """Maximum speed of a wheel, in rad/s."""

@@ -330,6 +330,18 @@ def _wheel(
             f" {np.round(axis, 3).tolist()} there; choose a base whose x points"
             " forwards, or another joint",
         )
+    if axis_name == "z":
+        (low,), (high,) = (
+            joint.position_lower_limits(),
+            joint.position_upper_limits(),
+        )
+        if not low < 0 < high:
+            raise ModelFault(
+                ("drive", key),
+                f"must turn to both sides of straight ahead, but the limits of"
+                f" {shown(joint.name())} are [{low:g}, {high:g}] rad; correct"
+                " them, so that 0 is straight ahead",
+            )
     place = (float(p_BW[0]), float(p_BW[1]), float(p_BW[2]))
     return Wheel(joint.name(), key, place, 1 if axis[axis_index] > 0 else -1)
 

@@ -48,7 +48,8 @@ class RobotDriver(LeafSystem):
     speeds, in rad and rad/s, or m and m/s.
 
     With a ``gain``, the integrals of the differences between speed and turn
-    rate and the actual ones are added to them, up to a part of their limits.
+    rate and the actual ones are added to them, up to a part of their limits,
+    and nothing at rest.
 
     The discrete state holds the output; a second group holds (v, omega), and a
     third one, with a ``gain``, what is added.
@@ -132,6 +133,9 @@ class RobotDriver(LeafSystem):
                     -self._most_added,
                     self._most_added,
                 )
+                if not speeds_after.any():
+                    # A robot that was held no longer pushes when it is to rest.
+                    added = np.zeros(2)
                 discrete_state.set_value(self._added, added)
                 v, omega = (speeds_after + added).tolist()
         states = self._motor_states(v, omega, yaw)

@@ -44,7 +44,9 @@ _MATERIAL = re.compile(
 )
 _CONTROL = re.compile(r"<ros2_control\b.*?</ros2_control>", re.DOTALL)
 _COMMANDED = re.compile(
-    r"<joint\b[^>]*\bname=[\"']([^\"']+)[\"'][^>]*>\s*<command_interface\b"
+    r"<joint\b[^>]*\bname=[\"']([^\"']+)[\"'][^>]*>"
+    r"(?:(?!</joint>).)*?<command_interface\b",
+    re.DOTALL,
 )
 _NAMED_MATERIAL = re.compile(
     r"<material\b[^>]*\bname=\"([^\"]*)\"[^>/]*(?:/>|>(.*?)</material>)",
@@ -132,8 +134,12 @@ def read_robot(
         asked = set(re.findall(r"\$\{(\w+)\}", raw))
         _refuse_unknown(values, asked)
         text = re.sub(r"\$\{(\w+)\}", lambda it: known.get(it[1], it[0]), raw)
-    text, unseen = _with_meshes(text, path.resolve().parent, packages)
+    folder = path.resolve().parent
+    text, unseen = _with_meshes(text, folder, packages)
     text = _with_motors(text)
+    named = [it[4].lower() for it in _FILE.finditer(text) if it[2] == "mesh"]
+    if text != raw or not all(it.endswith(_SHOWN) for it in named):
+        text = _with_paths(text, folder, packages)
     return RobotText(
         name,
         text,
@@ -229,7 +235,9 @@ def expand(
 
     def include(element: Any, macros: Any, symbols: Any, function: Any) -> None:
         """Includes a file, unless it is in a package that is not there."""
-        words = re.match(r"\$\(find (\S+)\)", element.getAttribute("filename"))
+        words = re.match(
+            r"\$\(find ([^\s)]+)\)", element.getAttribute("filename")
+        )
         if words is None or words[1] in packages:
             include_file(element, macros, symbols, function)
             return
@@ -332,7 +340,7 @@ def _with_meshes(
     """Returns URDF without visual meshes that cannot be read, and their names.
 
     Lines stay what they are. In their place are the collision shapes of the
-    link. Other meshes become files that Drake reads, named by absolute paths.
+    link.
     """
     unseen: list[str] = []
 
@@ -366,6 +374,20 @@ def _with_meshes(
         )
         return rest.replace("</link>", f"{instead}</link>")
 
+    plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
+    result = _LINK.sub(link, plain)
+    defined = {
+        it[1] for it in _NAMED_MATERIAL.finditer(result) if "<" in (it[2] or "")
+    }
+    result = _NAMED_MATERIAL.sub(
+        lambda it: it[0] if it[1] in defined else "", result
+    )
+    return (text if result == plain else result), unseen
+
+
+def _with_paths(text: str, folder: Path, packages: Mapping[str, str]) -> str:
+    """Returns URDF with absolute paths of meshes, as files that Drake reads."""
+
     def absolute(match: re.Match[str]) -> str:
         path = _mesh_path(match[4], folder, packages)
         path = (_drakes_mesh(path) if match[2] == "mesh" else None) or path
@@ -373,21 +395,7 @@ def _with_meshes(
             return match[0]
         return f"{match[1]}{match[3]}file://{path}{match[3]}"
 
-    plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
-    result = _LINK.sub(link, plain)
-    others = any(
-        it[2] == "mesh" and not it[4].lower().endswith(_SHOWN)
-        for it in _FILE.finditer(result)
-    )
-    defined = {
-        it[1] for it in _NAMED_MATERIAL.finditer(result) if "<" in (it[2] or "")
-    }
-    result = _NAMED_MATERIAL.sub(
-        lambda it: it[0] if it[1] in defined else "", result
-    )
-    if result == plain and not others:
-        return text, unseen
-    return _FILE.sub(absolute, result), unseen
+    return _FILE.sub(absolute, text)
 
 
 def _with_motors(text: str) -> str:
@@ -401,7 +409,8 @@ def _with_motors(text: str) -> str:
         for block in _CONTROL.findall(text)
         for name in _COMMANDED.findall(block)
         if re.search(
-            rf"<joint\b[^>]*\bname=.{re.escape(name)}[\"'][^>]*\btype=", text
+            rf"<joint\b(?=[^>]*\btype=)[^>]*\bname=.{re.escape(name)}[\"']",
+            text,
         )
     }
     if not moved or "<transmission" in _CONTROL.sub("", text):

@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake.systems.common.models import apart
-from hunav_drake.systems.robot import ROBOTS
+from hunav_drake.systems.robot import ROBOTS, driven_model, plant_model
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.systems.robot.carts import (
     CAR,
@@ -134,6 +134,18 @@ def test_mecanum_wheels_turn_as_their_rollers_ask(tmp_path):
         assert rate == pytest.approx(expected, rel=0.01, abs=0.01)
 
 
+def push(diagram, context):
+    """Returns the sum of forces along x of all contacts, in N."""
+    plant = diagram.GetSubsystemByName("plant")
+    results = plant.get_contact_results_output_port().Eval(
+        plant.GetMyContextFromRoot(context)
+    )
+    return sum(
+        abs(results.point_pair_contact_info(k).contact_force()[0])
+        for k in range(results.num_point_pair_contacts())
+    )
+
+
 def test_mecanum_wheels_push_with_their_torque_or_grip(tmp_path):
     wall = Obstacles.from_shapes([[[1, -3], [1, 3]]], solid=[False])
     robot = make(tmp_path, cart(FOUR), {**MECANUM, "max_torque": 0.5})
@@ -142,14 +154,7 @@ def test_mecanum_wheels_push_with_their_torque_or_grip(tmp_path):
     context = simulator.get_mutable_context()
     diagram.get_input_port().FixValue(context, [0.5, 0.0])
     simulator.AdvanceTo(3.0)
-    plant = diagram.GetSubsystemByName("plant")
-    results = plant.get_contact_results_output_port().Eval(
-        plant.GetMyContextFromRoot(context)
-    )
-    pushed = sum(
-        abs(results.point_pair_contact_info(k).contact_force()[0])
-        for k in range(results.num_point_pair_contacts())
-    )
+    pushed = push(diagram, context)
     assert pushed == pytest.approx(4 * 0.5 / RADIUS, rel=0.05)
 
 
@@ -202,6 +207,16 @@ FAULTS = {
         ("drive", "left_steering"),
         "must be ahead of the driven wheels",
     ),
+    "one-sided steering": (
+        cart(FOUR, steered=STEERED).replace(
+            '<joint name="front_left_wheel_steering" type="continuous">',
+            '<joint name="front_left_wheel_steering" type="revolute">'
+            '<limit lower="0" upper="1" effort="9" velocity="9"/>',
+        ),
+        CAR,
+        ("drive", "left_steering"),
+        "must turn to both sides of straight ahead",
+    ),
     "front and rear": (
         cart(FOUR),
         {
@@ -245,3 +260,46 @@ def test_what_is_fixed_slides_only_where_it_reaches_the_floor(tmp_path):
         )
         found[name] = friction.dynamic_friction()
     assert found == {"base": 1.0, "ball": 0.1}
+
+
+@pytest.mark.parametrize("omega", [-0.8, 0.8])
+def test_an_omnidirectional_robot_turns_on_the_spot(omega, tmp_path):
+    planar = {"type": "omnidirectional", "height": 0.11}
+    robot = make(tmp_path, cart(FOUR), planar)
+    got = reached(make_diagram(robot), (0.0, omega))
+    assert got == pytest.approx((0.0, omega), abs=0.05)
+
+
+def test_a_skid_steer_that_was_held_rests_when_it_is_to():
+    wall = Obstacles.from_shapes(
+        [[(0.6, -3), (0.7, -3), (0.7, 3), (0.6, 3)]], solid=[True]
+    )
+    diagram = make_diagram({"type": "jackal"}, obstacles=wall)
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    port = diagram.get_input_port()
+    port.FixValue(context, [0.5, 0.0])
+    simulator.AdvanceTo(5.0)
+    port.FixValue(context, [0.0, 0.0])
+    simulator.AdvanceTo(7.0)
+    assert push(diagram, context) < 10
+
+
+def test_mecanum_wheels_turn_by_their_places(tmp_path):
+    # The base is over the rear axle.
+    places = {
+        name: (0.1 if "rear" in name else 0.6, y)
+        for name, (_, y) in FOUR.items()
+    }
+    robot = ROBOTS.make(make(tmp_path, cart(places), MECANUM))
+    wheels = plant_model.inspect_model(robot.GetModel(), robot.drive).wheels
+    arms = driven_model._arms(robot.drive, wheels)
+    # The floor moves by omega x r under a wheel; rollers are diagonal.
+    for wheel, arm in zip(wheels, arms, strict=True):
+        x, y, _ = wheel.place
+        roll = (
+            1
+            if wheel.setting in ("front_left_wheel", "rear_right_wheel")
+            else -1
+        )
+        assert -arm == pytest.approx(-y - roll * x)
