@@ -40,6 +40,7 @@ class Purpose(IntEnum):
     DETECTION_NOISE = 24
     FALSE_DETECTION = 25
     LOCALIZATION = 26
+    FALSE_VELOCITY = 27
 
 
 def check_seed(seed: int) -> int:

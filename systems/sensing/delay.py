@@ -31,6 +31,9 @@ class Delay(LeafSystem):
     been at rest before. (Drake's `DiscreteTimeDelay` gives zeros there, which
     would be people at the origin and walls at the lidar.)
 
+    The values are those at time steps: between two of them, it gives what it
+    will give at the next one.
+
     The discrete state holds the last k values; a second group holds the row of
     the oldest one, or -1 before the first update.
     """

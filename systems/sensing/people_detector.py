@@ -123,7 +123,8 @@ class PeopleDetector(Sampling, VisiblePeople):
         n, config, seed = self._num_bodies, self._config, self.GetSeed(context)
         before = held[n * STATE_SIZE : -1].reshape(-1, STATE_SIZE)
         if not n:
-            return self._Imagine(context, before, seed, number)
+            nobody = np.zeros(0)
+            return self._Imagine(context, nobody, before, seed, number)
         bodies = self._Bodies(context)
         seen = self._Look(context, bodies)
         rows = bodies.reshape(-1, STATE_SIZE).copy()
@@ -139,26 +140,36 @@ class PeopleDetector(Sampling, VisiblePeople):
         deviation = config.noise + config.noise_per_meter * away[:, None]
         rows[:, [X, Y]] += deviation * errors[:, :2]
         rows[:, [VX, VY]] += config.velocity_noise * errors[:, 2:]
-        false = self._Imagine(context, before, seed, number)
+        false = self._Imagine(context, bodies, before, seed, number)
         return np.append(only_seen(rows, seen), false)
 
     def _Imagine(
-        self, context: Context, before: Array, seed: int, number: int
+        self,
+        context: Context,
+        bodies: Array,
+        before: Array,
+        seed: int,
+        number: int,
     ) -> Array:
-        """Returns the rows of false detections, from those `before`."""
+        """Returns the rows of false detections, from those `before`.
+
+        Those behind the `bodies` of people may end.
+        """
         if not len(before):
             return np.zeros(0)
         ids = [(self._number << 20) + i for i in range(len(before))]
         purpose = Purpose.FALSE_DETECTION
         draws = draw_uniform(seed, ids, purpose, 4, step=number)
         stay = ~is_outside(before) & (draws[:, 0] < self._lasting)
-        stay &= self._Look(context, before.ravel())
+        for i, row in enumerate(before):
+            stay[i] &= self._Look(context, np.append(bodies, row))[-1]
         # (The first row's draw has the number of those that begin.)
         begun = int(np.searchsorted(self._at_most, draws[0, 1], side="right"))
         rows = before.copy()
         for i in np.flatnonzero(~stay)[:begun]:
             rows[i] = self._Place(context, *draws[i, 2:].tolist())
             stay[i] = True
+        purpose = Purpose.FALSE_VELOCITY
         speeds = draw_normal(seed, ids, purpose, 2, step=number)
         rows[:, [VX, VY]] = self._config.velocity_noise * speeds
         return only_seen(rows, stay).ravel()
@@ -177,6 +188,7 @@ class PeopleDetector(Sampling, VisiblePeople):
         least = FALSE_RADIUS
         if config.mount == "robot":
             least += self._robot_state.Eval(context)[RADIUS]
+            least += math.hypot(*config.pose[:2])
         least = min(least, most)
         away = math.sqrt(least**2 + share * (most**2 - least**2))
         row = np.zeros(STATE_SIZE)
