@@ -39,6 +39,7 @@ from hunav_drake.systems.world.solids import (
     Hull,
     WorldFileError,
     disc,
+    fine_disc,
     rectangle,
 )
 from hunav_drake.systems.world.surfaces import (
@@ -181,7 +182,7 @@ def _points(shape: Shape) -> Array:
             [(-z, rectangle(-x, -y, x, y)), (z, rectangle(-x, -y, x, y))]
         )
     if isinstance(shape, Cylinder):
-        z, ring = shape.length() / 2, disc(0, 0, shape.radius())
+        z, ring = shape.length() / 2, fine_disc(0, 0, shape.radius())
         return _stack([(-z, ring), (z, ring)])
     if isinstance(shape, Sphere | Capsule | Ellipsoid):
         half = 0.0

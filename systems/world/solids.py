@@ -18,6 +18,9 @@ from hunav_drake.systems.common.arrays import Array
 # is enough, in meters: there, corners are 5 mm off the circle.
 _SIDES, _ROUND = 16, 0.38
 
+# How far corners of the polygon of a disc may be off it, in meters.
+_ROUGH = 0.01
+
 # Lengths that differ by less, in proportion, are equal: see `as_disc`.
 _EQUAL = 1e-9
 
@@ -175,6 +178,9 @@ def as_disc(outline: Array) -> tuple[float, float, float] | None:
         return None
     step = 2 * np.pi / sides
     radius = float(outer.mean() / np.sqrt(step / np.sin(step)))
+    # (A large building with equal sides is no disc.)
+    if outer.mean() - radius > _ROUGH:
+        return None
     return float(center[0]), float(center[1]), radius
 
 

@@ -126,3 +126,10 @@ def test_a_polygon_may_have_any_number_of_points():
         "robot: {start: [30, 0, 0]}"
     )
     assert len(scenario.world.obstacles().segments) == len(wall.vertices())
+
+
+def test_a_large_building_with_equal_sides_is_no_disc():
+    angles = np.arange(16) * np.pi / 8
+    ring = np.column_stack([np.cos(angles), np.sin(angles)])
+    assert as_disc(0.3 * ring) is not None
+    assert as_disc(10 * ring) is None
