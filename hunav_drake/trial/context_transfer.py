@@ -16,6 +16,7 @@ from hunav_drake.trial.context_layout import (
     memory,
     vectors,
 )
+from hunav_drake.trial.seeds import GetTrialSeed, SeededSystems
 
 
 def TransferContext(
@@ -85,6 +86,11 @@ def TransferContext(
                 f"{path} cannot be taken over: {difference}. Make the other"
                 " diagram of the same people, robot, goal and evaluator."
             )
+    # What is new, and has noise, has that of the trial.
+    seed = GetTrialSeed(diagram, context)
+    for system in SeededSystems(other):
+        if _path(system) not in kept:
+            system.SetSeed(system.GetMyMutableContextFromRoot(result), seed)
     for prefix in other.prefixes.values():
         name = f"{prefix}planner"
         planner = other.GetSubsystemByName(name)

@@ -71,7 +71,7 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
     diagram.SetDefaultContext(context)
     context.SetTime(0.0)
     # The crowd, and what has noise.
-    for system in _seeded(diagram):
+    for system in SeededSystems(diagram):
         system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
     if diagram.HasSubsystemNamed("plant"):
         # The bodies of people start at the same places.
@@ -89,13 +89,13 @@ def SetTrialSeed(diagram: Diagram, context: Context, seed: int) -> None:
                 )
 
 
-def _seeded(diagram: Diagram) -> Iterator[System]:
+def SeededSystems(diagram: Diagram) -> Iterator[System]:
     """Yields the systems with a seed, in the order of the diagram."""
     for system in diagram.GetSystems():
         if hasattr(system, "SetSeed"):
             yield system
         elif isinstance(system, Diagram):
-            yield from _seeded(system)
+            yield from SeededSystems(system)
 
 
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:
