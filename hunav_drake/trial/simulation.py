@@ -19,6 +19,7 @@ from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.systems.planning.planner_error import PlannerError
@@ -190,14 +191,30 @@ def RunTrial(
         if meshcat is not None:
             # Frames have their own period; the end needs one, too.
             diagram.ForcedPublish(simulator.get_context())
-    if failure is None:
-        return GetTrialResult(scenario, diagram, simulator.get_context())
     context = simulator.get_context()
-    ends = [
-        _end_at_failure(part, diagram, context, failure)
-        for part in robot_parts(scenario)
-    ]
-    return _result(scenario, diagram, context, ends)
+    if failure is not None:
+        ends = [
+            _end_at_failure(part, diagram, context, failure)
+            for part in robot_parts(scenario)
+        ]
+        return _result(scenario, diagram, context, ends, failure)
+    if on_planner_error == "raise":
+        _raise_failure(scenario, diagram, context)
+    return GetTrialResult(scenario, diagram, context)
+
+
+def _raise_failure(
+    scenario: Scenario, diagram: Diagram, context: Context
+) -> None:
+    """Raises a PlannerError if the planner of one of several robots failed."""
+    for part in robot_parts(scenario):
+        end = _end_of(part, diagram, context)
+        if end.reason == "planner_failed":
+            assert end.time is not None
+            # The text of an error, which has a place and a time of its own.
+            reason = end.message.partition(" s: ")[2] or end.message
+            planner = name_of(part.scenario.planner)
+            raise PlannerError(planner, end.time, reason, part.name)
 
 
 def MakeRandomSimulator(
@@ -295,23 +312,31 @@ def _end_at_failure(
 
     (Planners of several robots fail one by one, unless they are own systems.)
     """
-    now = context.get_time()
-    if part.name == failure.robot:
-        return _End("planner_failed", str(failure), now if part.name else None)
+    if not part.name:
+        return _End("planner_failed", str(failure))
     # The ports may depend on the broken planner, the state does not.
     monitor = diagram.GetSubsystemByName("monitor")
     rows = monitor.GetEnds(monitor.GetMyContextFromRoot(context))
     status, when = rows[[*diagram.prefixes].index(part.name)].tolist()
     reason = _REASONS[TrialStatus(int(status))]
-    if reason == "running":
-        return _End("end", _MESSAGES["end"])
-    return _End(reason, _MESSAGES[reason], when)
+    if reason != "running":
+        return _End(reason, _MESSAGES[reason], when)
+    if part.name == failure.robot:
+        return _End("planner_failed", str(failure), context.get_time())
+    return _End("end", _MESSAGES["end"])
 
 
 def _result(
-    scenario: Scenario, diagram: Diagram, context: Context, ends: Sequence[_End]
+    scenario: Scenario,
+    diagram: Diagram,
+    context: Context,
+    ends: Sequence[_End],
+    failure: PlannerError | None = None,
 ) -> TrialResult:
-    """Returns the result of a trial with the ends of its robots."""
+    """Returns the result of a trial with the ends of its robots.
+
+    It has failed if a planner has ended it, even one that was at its goal.
+    """
     parts = robot_parts(scenario)
     config = scenario.evaluator
     first, *others = (
@@ -324,7 +349,9 @@ def _result(
         for part, end in zip(parts, ends, strict=True)
     )
     recording = dataclasses.replace(first, others=tuple(others))
-    named = zip(parts, ends, strict=True)
+    told = [_told(part, end) for part, end in zip(parts, ends, strict=True)]
+    if failure is not None and str(failure) not in (it.message for it in ends):
+        told.append(str(failure))
     return MakeTrialResult(
         recording.with_stale_samples(config.stale_samples, config.period),
         scenario_name=scenario.name,
@@ -337,10 +364,10 @@ def _result(
             files_sha256=files_sha256(scenario),
             drawn=drawn_by_seed(scenario),
         ),
-        end_reason=max((it.reason for it in ends), key=_WORST.index),
-        end_message=ends[0].message
-        if len(ends) == 1
-        else "; ".join(_told(part, end) for part, end in named),
+        end_reason=max((it.reason for it in ends), key=_WORST.index)
+        if failure is None
+        else "planner_failed",
+        end_message=ends[0].message if len(ends) == 1 else "; ".join(told),
         end_time=_time_of(context, recording),
         robot_ends={
             part.name: end.reason
@@ -363,11 +390,13 @@ def _end_message(
     if reason not in ("stuck", "timeout", "planner_failed"):
         return parts[0]
     planner = diagram.GetSubsystemByName(f"{part.prefix}planner")
+    words = ""
     if hasattr(planner, "GetReason"):
         words = planner.GetReason(planner.GetMyContextFromRoot(context))
-        if reason == "planner_failed":
-            return words or parts[0]
-        parts += [f"the planner: {words}"] if words else []
+    if reason == "planner_failed":
+        return words or parts[0]
+    if words:
+        parts.append(f"the planner: {words}")
     estimate = f"{part.prefix}estimated_robot_state"
     if diagram.HasOutputPort(estimate):
         x, y, yaw = (

@@ -169,6 +169,44 @@ def test_a_system_that_breaks_ends_the_trial_of_other_robots_too():
     assert far.end_time is None
 
 
+@pytest.mark.parametrize("goal", ["[0.3, 0, 0]", "[9, 0, 0]"])
+def test_a_robot_at_its_goal_has_ended_whatever_its_planner_does(goal):
+    @register_planner("own_system")
+    @dataclass
+    class Own(PlannerConfig):
+        def MakeSystem(self, task):
+            return OwnSystem(task, lambda x: [0.5 / (float(x) <= 0.8), 0.0])
+
+    result = RunTrial(
+        LoadScenario(
+            data="robots:\n- {name: bad, planner: own_system,"
+            f" robot: {{start: [0, 0, 0], goal: {goal}}}}}\n"
+            "- {name: far, robot: {start: [0, 3, 0], goal: [9, 3, 0]}}\n"
+        )
+    )
+    ends = {"[0.3, 0, 0]": "goal", "[9, 0, 0]": "planner_failed"}
+    assert result.robot_ends == {"bad": ends[goal], "far": "end"}
+    assert result.end_reason == "planner_failed"
+    assert "planner 'own_system' of 'bad' failed" in result.end_message
+
+
+def test_a_failure_of_one_of_several_robots_is_raised_if_asked_for():
+    @register_plan("far")
+    def plan(task, view, memory):
+        if view.robot[0] > 0.5:
+            raise LookupError("no way")
+        return DRIVE
+
+    scenario = LoadScenario(
+        data="robots:\n- {name: bad, planner: far, robot: {goal: [9, 0, 0]}}\n"
+        "- {name: good, robot: {start: [0, 3, 0], goal: [1, 3, 0]}}\n"
+    )
+    assert RunTrial(scenario).robot_ends["bad"] == "planner_failed"
+    told = r"'far' of 'bad' failed at t = 1\.\d+ s: LookupError: no way"
+    with pytest.raises(PlannerError, match=told):
+        RunTrial(scenario, on_planner_error="raise")
+
+
 def test_what_breaks_elsewhere_is_raised():
     def progress(seconds):
         if seconds > 0.5:
