@@ -40,7 +40,7 @@ def add_generate_options(generate: argparse.ArgumentParser) -> None:
         "--seeds",
         type=whole_number(1, "100000"),
         metavar="N",
-        help="write N scenarios, of seeds 0 to N - 1, to the folder of -o",
+        help="write N scenarios, from --seed on, to the folder of -o",
     )
     generate.add_argument(
         "--people", type=int, metavar="N", help="the number of people"
@@ -113,7 +113,7 @@ def _generate(options: argparse.Namespace) -> int:
         raise InputError("--seeds needs a folder for its files: -o FOLDER")
     with input_errors(ValueError):
         kind = _kind(options)
-    seeds = range(options.seeds) if options.seeds else [options.seed]
+    seeds = range(options.seed, options.seed + (options.seeds or 1))
     for seed in seeds:
         with input_errors(ValueError):
             scenario, draws = draw_scenario(kind, seed)

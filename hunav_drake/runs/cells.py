@@ -121,7 +121,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
             for setting, changes in settings.items():
                 # JSON is YAML, on one line.
                 planner = [f"planner={json.dumps(keys)}"] if keys else []
-                overrides = [*suite.overrides, *changes, *planner]
+                overrides = [*planner, *suite.overrides, *changes]
                 try:
                     if kind is None:
                         loaded = LoadScenario(
@@ -200,14 +200,7 @@ def _make_drawn(
 ) -> Cell:
     """Returns the cell of a kind, without the names of planner and setting."""
     seeds = suite.seed_list(kind.name)
-    about = {
-        "kind": plain(kind),
-        "overrides": list(overrides),
-        "files": [
-            (it.name, hashlib.sha256(it.read_bytes()).hexdigest())
-            for it in sorted(kind.files())
-        ],
-    }
+    about = {"kind": plain(kind), "overrides": list(overrides)}
     cell = Cell(
         scenario=kind.name,
         planner="",
@@ -223,9 +216,19 @@ def _make_drawn(
     return replace(cell, text=text, sha256=hashed)
 
 
-@functools.lru_cache(maxsize=1024)
 def _drawn_text(kind: str, seed: int) -> str:
-    """Returns the scenario of a seed of a kind, which is given as JSON."""
+    """Returns the scenario of a seed of a kind, which is given as JSON.
+
+    It is cached, as long as the files that it may be read from do not change.
+    """
+    stats = [(it, it.stat()) for it in make_kind(json.loads(kind)).files()]
+    stamps = [(str(it), stat.st_mtime_ns, stat.st_size) for it, stat in stats]
+    return _drawn_from(kind, seed, tuple(sorted(stamps)))
+
+
+@functools.lru_cache(maxsize=1024)
+def _drawn_from(kind: str, seed: int, stamps: object) -> str:
+    del stamps
     made = make_kind(json.loads(kind))
     return SaveScenario(replace(draw_scenario(made, seed)[0], name=made.name))
 
@@ -242,13 +245,18 @@ def cell_sha256(text: str, scenario: Scenario, kind: str = "") -> str:
     """
     if kind:
         about = json.loads(kind)
+        files = make_kind(about["kind"]).files()
         about["kind"].pop("folder", None)
+        about["files"] = [
+            (it.name, hashlib.sha256(it.read_bytes()).hexdigest())
+            for it in sorted(files)
+        ]
         text = json.dumps(about)
         people = [
             HumanConfig(pose=(0.0, 0.0, 0.0), behavior=it)
             for it in sorted(about["kind"]["behaviors"])
         ]
-        scenario = replace(scenario, humans=people)
+        scenario = replace(scenario, humans=[*scenario.humans, *people])
     follows = (
         program_versions(),
         text,

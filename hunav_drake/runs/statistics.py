@@ -41,7 +41,12 @@ RATES = ("completed",)
 
 # Metrics that include runs that do not arrive. All other metrics of such runs
 # are for another path, or another time.
-OF_ALL_RUNS = (*RATES, "success_weighted_path_length")
+OF_ALL_RUNS = (
+    *RATES,
+    "success_weighted_path_length",
+    "success_weighted_time_length",
+    "barn_score",
+)
 
 # Metrics that are smaller if a run ends early.
 _OF_THE_WAY = ("path_length", "cumulative_heading_changes")

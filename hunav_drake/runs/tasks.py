@@ -94,6 +94,7 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         scenario, diagram = _prepared(task, seed)
         with time_cycles() as cycles:
             result = RunTrial(scenario, seed, diagram=diagram)
+        numbers = task.cell.numbers(result.recording, seed)
     except (KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
@@ -108,7 +109,6 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         cost |= {"cycle_median": median, "cycle_p95": p95}
     is_kept = task.keep == seed and repetition == 0
     row = make_row(result)
-    numbers = task.cell.numbers(result.recording, seed)
     return row._replace(
         **_about(task, seed, repetition),
         metrics=row.metrics | numbers,

@@ -11,7 +11,6 @@ from hunav_drake.systems.crowd.motion_model import MotionModel
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.population_config import MembersConfig
 from hunav_drake.systems.planning.planner import asked_scan_size
-from hunav_drake.systems.sensing.sensor_config import LidarConfig
 
 # The modes in which weights of forces are drawn at random.
 _DRAWN_MODES = ("random_normal", "random_uniform")
@@ -94,12 +93,11 @@ def _feels_weights(
 
 
 def _is_noise_seen(scenario: Scenario) -> bool:
-    """Returns whether the planner gets ranges with noise."""
+    """Returns whether the planner gets measurements with noise."""
     planner = scenario.planner
-    lidars = [it for it in scenario.sensors if isinstance(it, LidarConfig)]
     if is_own(planner) and not hasattr(planner, "scan_size"):
-        # Its system may have an input port for the scan of any lidar.
-        return any(map(_has_errors, lidars))
+        # Its system may have an input port for what any sensor measures.
+        return any(map(_has_errors, scenario.sensors))
     lidar = first_lidar(scenario)
     asks = planner.sees.by_lidar or asked_scan_size(planner) != 0
     return asks and lidar is not None and _has_errors(lidar)

@@ -99,7 +99,8 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
     people = draw_people(scenario)
     SetView(meshcat, scenario.world, people, robots_of(scenario))
     result = RunTrial(scenario, meshcat=meshcat)
-    again = json.dumps({str(k): float(v) for k, v in result.metrics.items()})
+    found = {str(k): float(v) for k, v in result.metrics.items()}
+    again = json.dumps(found | cell.numbers(result.recording, seed))
     if again != metrics:
         raise RuntimeError(
             f"{cell.name}, seed {seed}: the trial does not repeat itself, so"

@@ -15,6 +15,7 @@ from hunav_drake.runs.comparison.tables import (
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text, why_not_goal
 from hunav_drake.runs.statistics import summarize
 from hunav_drake.runs.suite_result import KEYS, SuiteResult
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.quantity_text import unit_text
 
@@ -109,7 +110,9 @@ def _worlds(result: SuiteResult, runs: pd.DataFrame) -> str:
     """Returns the number of generated worlds, as a sentence, if there are."""
     if runs.empty or all(isinstance(it, str) for it in result.suite.scenarios):
         return ""
-    count = int(runs.groupby("scenario").seed.nunique().sum())
+    kinds = [it for it in result.suite.scenarios if not isinstance(it, str)]
+    drawn = runs[runs.scenario.isin([it.name or name_of(it) for it in kinds])]
+    count = int(drawn.groupby("scenario").seed.nunique().sum())
     return f" Each seed has a world of its own: these are {count} worlds."
 
 

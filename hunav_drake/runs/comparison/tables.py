@@ -124,7 +124,11 @@ def _table(
 
 def scores(runs: pd.DataFrame) -> list[str]:
     """Returns the numbers of runs that kinds of scenarios have."""
-    return [it for it in runs.attrs["units"] if base_name(it) not in KNOWN]
+    return [
+        it
+        for it in runs.attrs["units"]
+        if base_name(it) not in KNOWN and runs[it].notna().any()
+    ]
 
 
 def shown_unit(runs: pd.DataFrame, metric: str) -> str:

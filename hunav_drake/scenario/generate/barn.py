@@ -168,13 +168,16 @@ def time_to_goal(recording: Recording) -> float:
     """Returns when the robot is first near its goal, in seconds.
 
     Time counts from the first sample at which it has moved 0.1 m. It is
-    infinite if it never is, or touches a wall.
+    infinite if it never is, or touches a wall; NaN if that is not known, as of
+    physical robots.
     """
     touches: Any = contacts_with_walls(recording)
     at_goal = recording.features.at_goal
     moved = np.hypot(*(recording.robot[:, :2] - recording.robot[0, :2]).T)
     if touches[0] > 0 or not at_goal.any():
         return np.inf
+    if np.isnan(touches[0]):
+        return np.nan
     begin, end = int((moved >= _MOVED).argmax()), int(at_goal.argmax())
     return float(recording.times[end] - recording.times[begin])
 
@@ -183,9 +186,10 @@ def barn_score(time: float, length: float) -> float:
     """Returns the score of the BARN Challenge: T / clip(t, 2 T, 8 T).
 
     T is the time for a path of `length` meters at 2 m/s, t the robot's `time`,
-    in seconds; infinite, for a failure, gives 0. (2022, the least was 4 T.)
+    in seconds; infinite, for a failure, gives 0, and NaN gives NaN. (2022, the
+    least was 4 T.)
     """
-    if not np.isfinite(time):
+    if np.isinf(time):
         return 0.0
     least = length / _SPEED
     return float(least / np.clip(time, 2 * least, 8 * least))

@@ -104,7 +104,7 @@ class ScenarioKind(ABC):
     each seed has its own, and seeds are spread evenly over it."""
 
     people: Annotated[Integer, Field(ge=0, le=1000)] = 4
-    """Number of people, each with a way of three goals."""
+    """Number of people, each with a way of up to three goals."""
 
     behaviors: dict[StrictStr, Weight] = field(
         default_factory=lambda: {"regular": 1.0}

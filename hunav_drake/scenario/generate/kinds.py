@@ -40,6 +40,9 @@ _END = 2.5
 # The free floor around the robot at its start and goal, in meters.
 _AROUND = 0.2
 
+# The least distance from start to goal, in meters.
+_FAR = 1.0
+
 # The time limit of a trial: some seconds, and some for each meter.
 _SECONDS, _SECONDS_PER_METER = 30, 4
 
@@ -152,6 +155,8 @@ class _Indoors(ScenarioKind):
             free_place(rooms[i], world, self.robot_radius + _AROUND, random)
             for i in (first, last)
         )
+        if math.dist(start, goal) < _FAR:
+            raise NoRoomError("the goal is too near to the start")
         way = abs(start[0] - goal[0]) + abs(start[1] - goal[1])
         return Draft(
             world,
@@ -226,7 +231,7 @@ class Rooms(_Indoors):
     """Extent along y, in meters."""
 
     room: PositiveLength = 3.2
-    """Least extent of a room, in meters."""
+    """Least extent of a room to the middle of a wall, in meters."""
 
     def draw(self, seed: int, random: Generator) -> Draft:
         """Draws rooms by dividing a rectangle again and again."""
@@ -254,7 +259,7 @@ class Office(_Indoors):
     """Depth of the rooms on each side, in meters."""
 
     room: PositiveLength = 3.4
-    """Least extent of a room, in meters."""
+    """Least extent of a room to the middle of a wall, in meters."""
 
     def draw(self, seed: int, random: Generator) -> Draft:
         """Draws the rooms of each side by dividing it again and again."""
@@ -273,7 +278,8 @@ class Office(_Indoors):
             it for it in ways if hall in it.rooms or random.random() < 0.15
         ]
         if len({it for way in doors for it in way.rooms}) < len(rooms):
-            raise NoRoomError("a room has no door")
+            # Rooms that are not at the corridor.
+            doors += spanning([it for it in ways if it not in doors], 0, random)
         uses = random.choice(
             ["work", "meeting", "kitchen"], len(sides), p=[0.6, 0.25, 0.15]
         )

@@ -74,3 +74,31 @@ def test_shipped_suites_have_all_planners(name):
             RunSuite(suite, workers=1)
     else:
         assert len(suite.scenarios) * suite.seeds == 100
+
+
+def test_settings_and_overrides_hold_for_listed_planners():
+    suite = LoadSuite(
+        data="{scenarios: [passing, {type: field}], planners: [pursuit],"
+        " seeds: 1, settings: {usual: [], slow: [planner.cruise_speed=0.3]}}"
+    )
+    cells = make_cells(suite)
+    speeds = [it.load(0).planner.cruise_speed for it in cells]
+    assert speeds == [speeds[0], 0.3, speeds[0], 0.3]
+    assert len({it.sha256 for it in cells}) == 4
+
+
+def test_an_overriding_tree_counts_for_the_hash(tmp_path):
+    tree = tmp_path / "own.xml"
+    hashes = []
+    for wait in (1.0, 2.0):
+        tree.write_text(
+            '<root BTCPP_format="4" main_tree_to_execute="T"><BehaviorTree'
+            ' ID="T"><Sequence><RegularNav agent_id="{id}" dt="{dt}"/>'
+            f'<TimeExpiredCondition seconds="{wait}"/>'
+            "</Sequence></BehaviorTree></root>"
+        )
+        text = SMALL.replace(
+            "simulation.duration=2.0", f"'humans[0].behavior={tree}'"
+        )
+        hashes.append([it.sha256 for it in make_cells(LoadSuite(data=text))])
+    assert not set(hashes[0]) & set(hashes[1])

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from hunav_drake import GenerateScenario, LoadSuite, RunSuite, ScenarioError
-from hunav_drake.scenario.generate.barn import Barn, barn_score, read_columns
+from hunav_drake.runs.cells import cell_sha256, make_cells
+from hunav_drake.scenario.generate.barn import (
+    Barn,
+    barn_score,
+    read_columns,
+    time_to_goal,
+)
+from hunav_drake.systems.evaluation.metrics.contacts import contacts_with_walls
+from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.world.shapes import Disc
 
 MODEL = """<model name='{name}'><static>1</static>
@@ -165,3 +173,31 @@ def test_a_suite_tells_a_damaged_world_before_it_runs(folder):
     (folder / "world_1.world").write_text("<sdf>")
     with pytest.raises(ScenarioError, match=r"world_1\.world: cannot be read"):
         RunSuite(suite_of(folder), workers=1)
+
+
+def test_a_world_that_changes_is_read_anew(folder):
+    (before,) = make_cells(suite_of(folder))
+    columns = len(before.load(1).world.walls)
+    (folder / "world_1.world").write_text(world([*COLUMNS, (-2.0, 8.0, 0.1)]))
+    (after,) = make_cells(suite_of(folder))
+    assert after.sha256 != before.sha256
+    assert len(after.load(1).world.walls) == 3 != columns
+    # A worker finds that the file is not that of the driver any more.
+    assert cell_sha256(before.text, before.load(0), before.kind) != (
+        before.sha256
+    )
+
+
+def test_the_score_of_a_robot_whose_walls_are_not_known_is_none_either():
+    times = np.arange(4.0)
+    robot = np.zeros((4, 7))
+    robot[:, 0] = times
+    recording = Recording(
+        times=times,
+        robot=robot,
+        humans=np.zeros((4, 0, 7)),
+        goal=(3.0, 0.0, 0.0),
+        goal_tolerance=0.3,
+    )
+    assert np.isnan(contacts_with_walls(recording)[0])
+    assert np.isnan(barn_score(time_to_goal(recording), 10.0))
