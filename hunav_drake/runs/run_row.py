@@ -216,8 +216,9 @@ def result_to_json(row: RunRow) -> str:
     """Returns a row as readable JSON, with the facts about each metric."""
     data = _plain(row)
     data.pop("facts", None)
+    table = row.metric_values()
     data["metrics"] = {
-        name: {"value": value, **_facts(row, name)}
+        name: {"value": value, **_facts(table, name)}
         for name, value in data["metrics"].items()
     }
     return json.dumps(data, indent=2, allow_nan=False)

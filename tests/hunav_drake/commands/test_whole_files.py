@@ -15,6 +15,7 @@ import time
 
 import pytest
 
+from hunav_drake.runs.worker_pool import InlineExecutor
 from tests.processes import press_ctrl_c, start_hunav
 
 HALF = b"half of what was to be written"
@@ -113,10 +114,18 @@ def files_in(folder):
     }
 
 
+@pytest.fixture
+def no_workers(monkeypatch):
+    """Suites run in this process, where what they write is watched, too."""
+    monkeypatch.setattr(
+        "hunav_drake.runs.worker_pool.WorkerPool", lambda _: InlineExecutor()
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_that_is_stopped_leaves_whole_files(
-    name, hunav, here, tmp_path, monkeypatch
+    name, hunav, here, tmp_path, monkeypatch, no_workers
 ):
     line, advice = COMMANDS[name]
     (run,) = (here / "results" / "runs").iterdir()
@@ -170,7 +179,7 @@ def test_a_command_that_is_stopped_leaves_whole_files(
 
 @pytest.mark.slow
 def test_the_same_suite_goes_on_after_it_was_stopped(
-    hunav, here, tmp_path, monkeypatch
+    hunav, here, tmp_path, monkeypatch, no_workers
 ):
     words = ["bench", here / "tiny.yaml", "--out", tmp_path, "--workers", 1]
     stop = Stop(tmp_path, monkeypatch)
