@@ -17,6 +17,9 @@ from hunav_drake.systems.world.shapes import Model, World
 # Waypoints nearer to each other are one, in meters; a person waits there.
 _APART = 0.05
 
+# Whoever is slower waits, in m/s.
+_STILL = 0.05
+
 # The range of speeds, in m/s: that of a person.
 _SPEEDS = 0.1, 3.0
 
@@ -44,18 +47,21 @@ def import_world(
     file = os.path.abspath(file)
     folders = [os.path.abspath(it) for it in model_path]
     found = read_gazebo(file, folders, skip_missing)
-    names: dict[str, int] = {}
-    people = []
+    people: dict[str, HumanConfig] = {}
+    taken = {actor.name for actor in found.actors}
     for actor in found.actors:
-        names[actor.name] = names.get(actor.name, 0) + 1
-        number = f"_{names[actor.name]}" if names[actor.name] > 1 else ""
-        people.append(_person(actor, f"{actor.name[:58]}{number}"))
+        numbered = (f"{actor.name[:58]}_{i}" for i in itertools.count(2))
+        name = actor.name[:64]
+        if name in people:
+            name = next(it for it in numbered if it not in taken)
+        taken.add(name)
+        people[name] = _person(actor, name)
     if notes is not None:
         notes += [*found.losses, *found.notes]
     return Scenario(
         name=as_file_name(Path(file).stem),
         description=f"Imported from {Path(file).name}."[:200],
-        humans=people,
+        humans=list(people.values()),
         world=World(
             models=[
                 Model(file=file, model_path=folders, skip_missing=skip_missing)
@@ -70,7 +76,7 @@ def _person(actor: Actor, name: str) -> HumanConfig:
     length = time = 0.0
     for before, row in itertools.pairwise(rows):
         step = float(np.hypot(*(row[1:3] - before[1:3])))
-        if step >= _APART:
+        if step >= _STILL * (row[0] - before[0]):
             length += step
             time += row[0] - before[0]
         if np.hypot(*(row[1:3] - places[-1])) >= _APART:

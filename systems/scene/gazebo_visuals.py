@@ -16,13 +16,10 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
-from hunav_drake.systems.common.models.gazebo import Part, read_gazebo
+from hunav_drake.systems.common.models.gazebo import GREY, Part, read_gazebo
 from hunav_drake.systems.common.models.mesh_files import MeshFile, obj_of
 from hunav_drake.systems.scene.visuals import AddVisual
 from hunav_drake.systems.world.shapes import Model
-
-# The color of what has none.
-_PLAIN = (0.7, 0.7, 0.7, 1.0)
 
 
 def AddGazeboVisuals(
@@ -51,7 +48,7 @@ def AddGazeboVisuals(
     for i, part in enumerate(found.visuals):
         X_WG = X_WM @ part.X_WG
         is_mesh = isinstance(part.shape, MeshFile)
-        color = None if is_mesh else Rgba(*(part.color or _PLAIN))
+        color = None if is_mesh else Rgba(*(part.color or GREY))
         low, high = _heights(part, X_WG)
         name, shape = f"{stem}_{i}", _shape(part)
         if high <= highest:

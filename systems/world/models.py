@@ -48,14 +48,15 @@ from hunav_drake.systems.world.surfaces import (
     straightened,
 )
 
-# The range of heights in which a geometry is an obstacle, in meters.
-WALKING_HEIGHTS = (0.05, 1.8)
+# The range of heights in which a geometry is an obstacle, in meters: a step of
+# 5 cm is none.
+_WALKING_HEIGHTS = (0.05 + 1e-9, 1.8 - 1e-9)
 
 # The farthest that something may be, in meters.
 _FARTHEST = 1e5
 
-# The number of circles of a round shape from top to bottom.
-_RINGS = 9
+# The largest number of sides of a ball: one of 5 m is off by 6 mm.
+_MOST_SIDES = 64
 
 
 class ModelSolids(NamedTuple):
@@ -127,8 +128,8 @@ def _footprints(solids: Sequence[Hull | Surface]) -> list[Array]:
     found = []
     for solid in solids:
         if isinstance(solid, Surface):
-            found += solid.slices(*WALKING_HEIGHTS)
-        elif (outline := solid.slice(*WALKING_HEIGHTS)) is not None:
+            found += solid.slices(*_WALKING_HEIGHTS)
+        elif (outline := solid.slice(*_WALKING_HEIGHTS)) is not None:
             found.append(outline)
     return found
 
@@ -191,10 +192,11 @@ def _points(shape: Shape) -> Array:
         else:
             radii = np.full(3, shape.radius())
             half = shape.length() / 2 if isinstance(shape, Capsule) else 0.0
+        sides = min(len(fine_disc(0, 0, radii.max())), _MOST_SIDES)
         ball = _stack(
             [
-                (np.sin(angle), disc(0, 0, max(np.cos(angle), 1e-9)))
-                for angle in np.linspace(-np.pi / 2, np.pi / 2, _RINGS)
+                (np.sin(angle), disc(0, 0, max(np.cos(angle), 1e-9), sides))
+                for angle in np.linspace(-np.pi / 2, np.pi / 2, sides // 2 + 1)
             ]
         )
         return np.vstack(

@@ -68,14 +68,9 @@ class Prism:
     material: str = "wall"
     closed: bool = True
 
-    def cut(self, height: float) -> Array | None:
-        """Returns the outline if the height is in [low, high)."""
-        return self.outline if self.low <= height < self.high else None
-
     def cuts(self, height: float) -> list[Array]:
-        """Returns the cut of a horizontal plane with it, if any."""
-        outline = self.cut(height)
-        return [] if outline is None else [outline]
+        """Returns the outline if the height is in [low, high)."""
+        return [self.outline] if self.low <= height < self.high else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,13 +80,9 @@ class Hull:
     points: Array
     closed: bool = True
 
-    def cut(self, height: float) -> Array | None:
-        """Returns the convex polygon that a plane cuts out of it."""
-        return self.slice(height, height)
-
     def cuts(self, height: float) -> list[Array]:
-        """Returns the cut of a horizontal plane with it, if any."""
-        outline = self.cut(height)
+        """Returns the convex polygon that a plane cuts out of it, if any."""
+        outline = self.slice(height, height)
         return [] if outline is None else [outline]
 
     def slice(self, low: float, high: float) -> Array | None:

@@ -25,6 +25,9 @@ _SAME = 1e-4
 # The largest depth of a dent of what counts as its hull, in meters.
 _DENT = 0.02
 
+# The largest area that is missing of what counts as its hull, in square meters.
+_MISSING = 0.1
+
 # Half the drawn thickness of a surface, and the largest distance by which an
 # outline is straightened, in meters.
 _SKIN, _STRAIGHT = 0.005, 0.01
@@ -39,7 +42,7 @@ _MOST_PAIRS = 20_000_000
 _LEVELS = (0.0437, 0.251, 0.5093, 0.7519, 0.9571)
 
 # The version of the outlines that are kept.
-_VERSION = 1
+_VERSION = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +85,11 @@ class Surface:
         if covered.is_empty:
             return []
         polygons = shapely.get_parts(covered)
-        rings = shapely.get_rings(polygons)
-        exterior = {it.wkb for it in shapely.get_exterior_ring(polygons)}
-        holes = [shapely.Polygon(it) for it in rings if it.wkb not in exterior]
+        # What is around a room is no part of its hole.
+        outside = shapely.union_all(
+            shapely.polygons(shapely.get_exterior_ring(polygons))
+        )
+        holes = shapely.get_parts(shapely.difference(outside, covered))
         filled = [it for it in holes if self._is_filled(it, low, high)]
         whole = shapely.union_all([*polygons, *shapely.buffer(filled, _SKIN)])
         simple = shapely.simplify(whole, _STRAIGHT)
@@ -107,13 +112,16 @@ class Surface:
         return any(self._encloses(x, y, height) for height in set(heights))
 
     def _encloses(self, x: float, y: float, z: float) -> bool:
-        """Returns whether closed components enclose a point: of even-odd."""
+        """Returns whether closed components enclose a point.
+
+        It is the winding number, as they may overlap.
+        """
         p, q = _crossings(self.triangles[self.enclosing], z)
         straddles = (p[:, 1] > y) != (q[:, 1] > y)
         p, q = p[straddles], q[straddles]
         part = (y - p[:, 1]) / (q[:, 1] - p[:, 1])
         right = p[:, 0] + part * (q[:, 0] - p[:, 0]) > x
-        return bool(np.count_nonzero(right) % 2)
+        return bool(np.sign(q[:, 1] - p[:, 1])[right].sum())
 
 
 def mesh_solids(triangles: Array) -> Iterator[Hull | Surface]:
@@ -181,26 +189,31 @@ def _hull_corners(triangles: Array) -> Array | None:
         return None
     if len(hull.equations) * len(triangles) > _MOST_PAIRS:
         return None
-    # A dent is deep where the middle of a triangle, or of its sides, is far
-    # inside.
+    # A dent is deep where a corner, or the middle of a triangle or of its
+    # sides, is far inside.
     sides = (triangles + triangles[:, [1, 2, 0]]).reshape(-1, 3) / 2
-    middles = np.concatenate([triangles.mean(axis=1), sides])
+    middles = np.concatenate([triangles.mean(axis=1), sides, points])
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     depth = -(np.einsum("ij,kj->ik", middles, normals) + offsets).max(axis=1)
     if depth.max() > _DENT:
         return None
-    # Nothing is missing of it: an open box is no box.
+    # Nothing is missing of it: an open box is no box, and a thin wall with a
+    # door is no wall.
     corners = np.cross(
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
-    if np.sqrt((corners**2).sum(axis=1)).sum() / 2 < 0.9 * hull.area:
+    area = np.sqrt((corners**2).sum(axis=1)).sum() / 2
+    if area < max(0.9 * hull.area, hull.area - _MISSING):
         return None
     found: Array = points[hull.vertices]
     return found
 
 
 def _crossings(triangles: Array, z: float) -> tuple[Array, Array]:
-    """Returns the ends (m, 2) of the cuts of a plane with triangles."""
+    """Returns the ends (m, 2) of the cuts of a plane with triangles.
+
+    The front of a triangle is on one side, seen from the first end.
+    """
     above = triangles[:, :, 2] > z
     found = np.count_nonzero(above, axis=1) % 3 != 0
     triangles, above = triangles[found], above[found]
@@ -213,7 +226,8 @@ def _crossings(triangles: Array, z: float) -> tuple[Array, Array]:
         b = triangles[rows, (first + step) % 3]
         part = (z - a[:, 2]) / (b[:, 2] - a[:, 2])
         ends.append(a[:, :2] + part[:, None] * (b - a)[:, :2])
-    return ends[0], ends[1]
+    is_up = np.count_nonzero(above, axis=1)[:, None] == 1
+    return np.where(is_up, *ends), np.where(is_up, *ends[::-1])
 
 
 def _covered(triangles: Array, low: float, high: float) -> shapely.Geometry:

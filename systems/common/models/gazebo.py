@@ -6,7 +6,7 @@ that could move stands where it begins.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import functools
 import math
@@ -14,6 +14,7 @@ import os
 from pathlib import Path
 import re
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -26,7 +27,13 @@ from hunav_drake.systems.common.models.gazebo_folders import (
     Folders,
     model_file,
 )
-from hunav_drake.systems.common.models.markup import Element, Rule, parse_markup
+from hunav_drake.systems.common.models.markup import (
+    LENGTH,
+    SIDES,
+    Element,
+    Rule,
+    parse_markup,
+)
 from hunav_drake.systems.common.models.mesh_files import MeshFile, read_mesh
 from hunav_drake.systems.common.models.reading import file_path
 from hunav_drake.systems.common.suggest import shown
@@ -37,33 +44,36 @@ _OURS = re.compile(rb"<world\b|<include\b|<mesh\b|<actor\b")
 # Models of the simulator: here, a trial has a floor, and views have light.
 _SCENERY = ("sun", "ground_plane", "ground plane")
 
-# The largest number of files in each other, and of shapes.
+# The largest number of files in each other, of models in each other, and of
+# shapes or models.
 _DEEPEST = 30
-_MOST_SHAPES = 50_000
+_DEEPEST_MODEL = 100
+_MOST = 50_000
 
-# The farthest that something may be, in meters.
+# The farthest that something may be, and the range of sizes with the scale of
+# a state, in meters.
 _FAR = 1e5
+_SIZES = 1e-6, 1e4
 _POSE = Rule((6,), -1e12, 1e12)
 _QUATERNION = Rule((7,), -1e12, 1e12)
-_COLOR = Rule((4, 3), 0.0, 1.0)
+_COLOR = Rule((4, 3))
 _TIME = Rule((1,), 0.0, 1e9)
-_SIDES = Rule((3,), 0.0, _FAR, is_open=True)
-_LENGTH = Rule((1,), 0.0, _FAR, is_open=True)
+_NORMAL = Rule((3,), not_zero="all")
 _SCALE = Rule((3, 1), -1e4, 1e4, not_zero="each")
-_GREY = (0.7, 0.7, 0.7, 1.0)
+GREY = (0.7, 0.7, 0.7, 1.0)
 _NAMED = {
-    "white": (1, 1, 1, 1),
-    "black": (0.1, 0.1, 0.1, 1),
-    "grey": _GREY,
-    "darkgrey": (0.35, 0.35, 0.35, 1),
-    "red": (0.8, 0.1, 0.1, 1),
-    "green": (0.1, 0.7, 0.1, 1),
-    "blue": (0.1, 0.2, 0.8, 1),
-    "yellow": (0.9, 0.8, 0.1, 1),
-    "orange": (0.95, 0.5, 0.1, 1),
-    "purple": (0.5, 0.1, 0.6, 1),
-    "wood": (0.6, 0.42, 0.25, 1),
-    "bricks": (0.6, 0.32, 0.25, 1),
+    "white": (1, 1, 1),
+    "black": (0.1, 0.1, 0.1),
+    "grey": GREY[:3],
+    "darkgrey": (0.35, 0.35, 0.35),
+    "red": (0.8, 0.1, 0.1),
+    "green": (0.1, 0.7, 0.1),
+    "blue": (0.1, 0.2, 0.8),
+    "yellow": (0.9, 0.8, 0.1),
+    "orange": (0.95, 0.5, 0.1),
+    "purple": (0.5, 0.1, 0.6),
+    "wood": (0.6, 0.42, 0.25),
+    "bricks": (0.6, 0.32, 0.25),
 }
 
 Color = tuple[float, float, float, float]
@@ -90,12 +100,6 @@ class Part:
     shape: Shape | MeshFile
     scale: Triple = (1.0, 1.0, 1.0)
     color: Color | None = None
-
-    def matrix(self) -> Any:
-        """Returns the matrix (4, 4) from the mesh to the frame of the file."""
-        matrix = self.X_WG.GetAsMatrix4()
-        matrix[:, :3] *= self.scale
-        return matrix
 
 
 @dataclass(frozen=True)
@@ -286,10 +290,16 @@ class _Frames:
     def __init__(self, source: _Source, poses: Mapping[int, Any]) -> None:
         """Lists the frames; `poses` are those of includes, by element."""
         self._named: dict[str, tuple[RigidTransform, str, _Source]] = {}
+        self._models: dict[str, _Source] = {}
         for it in source.children("link", "frame", "model", "include", "joint"):
-            name, X, frame = it.name, *it.pose()
+            name, X, frame, model = it.name, *it.pose(), it
             if id(it.element) in poses:
-                name, X, frame = poses[id(it.element)]
+                name, X, frame, model = poses[id(it.element)]
+            elif it.element.tag == "include":
+                continue
+            if it.element.tag in ("model", "include"):
+                self._models[name] = model
+                X = X @ _placement(model, it).inverse()
             tag = {"frame": "attached_to", "joint": "child"}.get(it.element.tag)
             if tag == "child":
                 frame = frame or it.text("child")
@@ -307,6 +317,10 @@ class _Frames:
         """Returns a pose that is given in some frame."""
         seen = set()
         while frame not in ("", "__model__", "world"):
+            head, _, rest = frame.partition("::")
+            if rest and head in self._models:
+                X = _Frames(self._models[head], {}).resolve(X, rest, source)
+                frame = head
             if frame in seen or frame not in self._named:
                 what = "leads back to itself" if frame in seen else "is not"
                 raise source.fault(
@@ -318,6 +332,15 @@ class _Frames:
             X_above, frame, source = self._named[frame]
             X = X_above @ X
         return X
+
+
+def _placement(model: _Source, posed: _Source) -> RigidTransform:
+    """Returns the pose, in a model, of the frame that its pose is that of."""
+    own = model.element.attributes.get("placement_frame", "")
+    name = posed.text("placement_frame") or own
+    if not name:
+        return RigidTransform()
+    return _Frames(model, {}).resolve(RigidTransform(), name, model)
 
 
 @dataclass
@@ -335,6 +358,7 @@ class _Reader:
     skipped: Counter[str] = field(default_factory=Counter)
     movable: list[str] = field(default_factory=list)
     files: dict[Path, Element] = field(default_factory=dict)
+    count: int = 0
 
     def read(self) -> GazeboFile:
         """Returns what is in the file."""
@@ -403,12 +427,23 @@ class _Reader:
 
     def _world(self, world: _Source) -> None:
         state: dict[str, _Source] = {}
+        deleted: set[str] = set()
         for it in world.children("state"):
             state = {model.name: model for model in it.children("model")}
+            for gone in it.children("deletions"):
+                deleted |= {
+                    name.element.text.strip() for name in gone.children("name")
+                }
             for added in it.children("insertions"):
-                self._members(added, RigidTransform(), {}, "")
+                self._members(added, RigidTransform(), state, "")
         for actor in world.children("actor"):
             self._actor(actor)
+        left = [
+            it
+            for it in world.element.children
+            if it.tag != "model" or it.attributes.get("name") not in deleted
+        ]
+        world = world.of(replace(world.element, children=left))
         self._members(world, RigidTransform(), state, "")
         known = ("model", "include", "state", "actor", "frame", "joint", "link")
         self.skipped.update(
@@ -440,7 +475,7 @@ class _Reader:
                 own = it.text("name") or model.name
                 posed = it if it.child("pose") is not None else model
                 included[id(it.element)] = own, model, posed
-                poses[id(it.element)] = own, *posed.pose()
+                poses[id(it.element)] = own, *posed.pose(), model
         frames = _Frames(source, poses)
         for it in source.children("model", "include"):
             own, model, posed = it.name, it, it
@@ -449,12 +484,7 @@ class _Reader:
                     continue
                 own, model, posed = included[id(it.element)]
             X = X_WM @ frames.resolve(*posed.pose(), posed)
-            if not np.abs(X.translation()).max() <= _FAR:
-                self.losses.append(
-                    f"{it.place()}: {own} is left out, as it is farther than"
-                    f" {_FAR:g} m away; correct its <pose>"
-                )
-                continue
+            X = X @ _placement(model, posed).inverse()
             path = f"{name}::{own}" if name else own
             own_still = model.is_true("static") or it.is_true("static")
             self._placed(
@@ -465,7 +495,9 @@ class _Reader:
     def _included(self, include: _Source) -> _Source | None:
         """Returns the model of an include; None for sun and ground."""
         uri = include.text("uri")
-        if re.split(r"[/\\]", uri.rstrip("/"))[-1].lower() in _SCENERY:
+        # (Before a version, or the name of the file.)
+        ends = re.split(r"[/\\]", unquote(uri).rstrip("/").lower())[-2:]
+        if not set(ends).isdisjoint(_SCENERY):
             return None
         try:
             folder = self.folders.find(uri, include.path.parent)
@@ -496,26 +528,23 @@ class _Reader:
         links: dict[str, _Source] = {}
         inner: dict[str, _Source] = {}
         name = name or model.name
-        if not isinstance(state, _Source):
-            top = model if posed is None else None
-            if top is not None:
-                X_WM = X_WM @ top.pose()[0]
-            placement = (posed or model).text("placement_frame")
-            placement = placement or model.element.attributes.get(
-                "placement_frame", ""
+        self.count += 1
+        if name.count("::") > _DEEPEST_MODEL or self.count > _MOST:
+            raise model.fault(
+                f"the file must have at most {_MOST} models, and"
+                f" {_DEEPEST_MODEL} in each other; split it"
             )
+        if not isinstance(state, _Source):
+            if posed is None:
+                X_WM = X_WM @ model.pose()[0]
+                X_WM = X_WM @ _placement(model, model).inverse()
         else:
             # Those of Gazebo's states are poses in the world.
-            X_WM, placement = state.pose()[0], ""
-            sx, sy, sz = state.numbers("scale", _SIDES, (1.0, 1.0, 1.0))
+            X_WM = state.pose()[0]
+            sx, sy, sz = state.numbers("scale", SIDES, (1.0, 1.0, 1.0))
             scale = sx, sy, sz
             links = {it.name: it for it in state.children("link")}
             inner = {it.name: it for it in state.children("model")}
-        if placement:
-            own = _Frames(model, {})
-            X_WM = (
-                X_WM @ own.resolve(RigidTransform(), placement, model).inverse()
-            )
         frames = self._members(model, X_WM, inner, name, still)
         if not still and model.child("link") is not None:
             self.movable.append(name)
@@ -524,7 +553,7 @@ class _Reader:
                 X_WL = links[link.name].pose()[0]
             else:
                 X_WL = X_WM @ frames.pose_of(link.name)
-            self._link(link, X_WL, scale, f"{name}::{link.name}")
+            self._link(link, X_WL, scale, f"{name}::{link.name}", frames)
             self.skipped.update(
                 it.tag
                 for it in link.element.children
@@ -535,16 +564,20 @@ class _Reader:
         )
 
     def _link(
-        self, link: _Source, X_WL: RigidTransform, scale: Triple, name: str
+        self,
+        link: _Source,
+        X_WL: RigidTransform,
+        scale: Triple,
+        name: str,
+        frames: _Frames,
     ) -> None:
         found: dict[str, list[Part]] = {"visual": [], "collision": []}
         failed: dict[str, list[_Fault]] = {"visual": [], "collision": []}
-        frames: _Frames | None = None
         for it in link.children("visual", "collision"):
             X_LG, frame = it.pose()
             if frame not in ("", link.name, "__link__"):
-                frames = frames or _Frames(link, {})
-                X_LG = frames.resolve(X_LG, frame, it)
+                X_MG = frames.resolve(X_LG, frame, it)
+                X_LG = frames.pose_of(link.name).inverse() @ X_MG
             geometry = it.child("geometry")
             if geometry is None:
                 raise it.fault(
@@ -556,10 +589,15 @@ class _Reader:
             except _Fault as fault:
                 failed[role].append(fault)
                 continue
-            if shape is not None:
-                part = Part(
-                    f"{name}::{it.name}", it.place(), X_WL @ X_LG, shape, size
+            X_WG = X_WL @ X_LG
+            if not np.abs(X_WG.translation()).max() <= _FAR:
+                self.losses.append(
+                    f"{it.place()}: a part of {name.partition('::')[0]} is left"
+                    f" out, as it is farther than {_FAR:g} m away; correct its"
+                    " <pose>"
                 )
+            elif shape is not None:
+                part = Part(f"{name}::{it.name}", it.place(), X_WG, shape, size)
                 color = self._color(it, part) if role == "visual" else None
                 found[role].append(replace(part, color=color))
         if failed["visual"]:
@@ -567,7 +605,7 @@ class _Reader:
             if not found["visual"] and found["collision"]:
                 instead = "its collision shape is shown"
                 found["visual"] = [
-                    replace(it, color=_GREY) for it in found["collision"]
+                    replace(it, color=GREY) for it in found["collision"]
                 ]
             self.losses += [f"{it}; {instead}" for it in failed["visual"]]
         elif failed["collision"] and found["visual"]:
@@ -578,9 +616,9 @@ class _Reader:
         self.faults += map(str, failed["collision"])
         self.visuals += found["visual"]
         self.collisions += found["collision"]
-        if len(self.visuals) + len(self.collisions) > _MOST_SHAPES:
+        if len(self.visuals) + len(self.collisions) > _MOST:
             raise link.fault(
-                f"the file must have at most {_MOST_SHAPES} shapes; split it"
+                f"the file must have at most {_MOST} shapes; split it"
             )
 
     def _shape(
@@ -592,16 +630,21 @@ class _Reader:
             if child.tag == "mesh":
                 sizes = it.numbers("scale", _SCALE, (1.0, 1.0, 1.0))
                 a, b, c = np.array(sizes * (3 // len(sizes))) * scale
+                _check_sizes(it, [a, b, c])
                 return self._mesh(it), (a, b, c)
-            if child.tag in ("plane", "empty"):
-                return None, scale
             if child.tag in _SHAPES:
-                make, rules = _SHAPES[child.tag]
-                numbers = [
-                    n for tag, rule in rules for n in it.numbers(tag, rule)
-                ]
-                return make(numbers, scale), scale
-            if child.tag in ("heightmap", "image", "polyline"):
+                make, factors, rules = _SHAPES[child.tag]
+                numbers = np.array(
+                    [n for tag, rule in rules for n in it.numbers(tag, rule)]
+                ) * factors(*scale)
+                _check_sizes(it, numbers)
+                return make(*numbers), scale
+            normal = [0.0, 0.0, 1.0]
+            if child.tag == "plane":
+                normal = it.numbers("normal", _NORMAL, normal)
+            if child.tag == "empty" or (child.tag == "plane" and normal[2]):
+                return None, scale
+            if child.tag in ("heightmap", "image", "polyline", "plane"):
                 self.losses.append(
                     f"{it.place()}: <{child.tag}> is left out; export it as a"
                     " mesh, or take boxes"
@@ -628,24 +671,22 @@ class _Reader:
     def _color(self, visual: _Source, part: Part) -> Color | None:
         """Returns the color of a visual; None is that of its mesh."""
         material = visual.child("material")
-        default = None if isinstance(part.shape, MeshFile) else _GREY
+        default = None if isinstance(part.shape, MeshFile) else GREY
         if material is None:
             return default
-        see_through = visual.numbers("transparency", _TIME, (0.0,))[0]
-        opacity = 1.0 - min(see_through, 1.0)
+        see_through = visual.numbers("transparency", Rule(), (0.0,))[0]
+        opacity = 1.0 - float(np.clip(see_through, 0.0, 1.0))
         script = material.child("script")
         named = script.text("name").lower().rpartition("/")[2] if script else ""
-        for key, color in _NAMED.items():
-            if key == named:
-                r, g, b, _ = color
-                return r, g, b, opacity
+        if named in _NAMED:
+            return *_NAMED[named], opacity
         for texture in material.element.all():
             if texture.tag == "albedo_map" and default is not None:
                 return self._mean_color(texture.text, visual) or default
         if material.child("diffuse") is None or named:
             return default
-        r, g, b, *_ = material.numbers("diffuse", _COLOR)
-        return r, g, b, opacity
+        r, g, b, *_ = np.clip(material.numbers("diffuse", _COLOR), 0.0, 1.0)
+        return float(r), float(g), float(b), opacity
 
     def _mean_color(self, uri: str, visual: _Source) -> Color | None:
         """Returns the mean color of an image; None if it cannot be read."""
@@ -661,18 +702,24 @@ class _Reader:
             actor if include is None or not include.child("pose") else include
         )
         script = actor.child("script")
-        rows = []
-        for way in script.children("trajectory") if script else ():
-            for it in way.children("waypoint"):
-                rows.append(
-                    (it.numbers("time", _TIME)[0], *_flat(it.pose()[0]))
-                )
-        rows = rows or [(0.0, *_flat(posed.pose()[0]))]
-        loops = script is not None and script.text("loop", "true") != "false"
-        name = (include.text("name") if include else "") or actor.name
-        self.actors.append(
-            Actor(name, actor.place(), tuple(sorted(rows)), loops)
+        rows: list[tuple[float, float, float, float]] = []
+        ways = list(script.children("trajectory")) if script else []
+        # One begins when that before it ends, as in Gazebo.
+        ways.sort(
+            key=lambda it: _number_of(it.element.attributes.get("id", ""))
         )
+        for way in ways:
+            start = rows[-1][0] if rows else 0.0
+            rows += sorted(
+                (start + it.numbers("time", _TIME)[0], *_flat(it))
+                for it in way.children("waypoint")
+            )
+        rows = rows or [(0.0, *_flat(posed))]
+        loops = script is not None and (
+            script.child("loop") is None or script.is_true("loop")
+        )
+        name = (include.text("name") if include else "") or actor.name
+        self.actors.append(Actor(name, actor.place(), tuple(rows), loops))
 
 
 @functools.lru_cache(maxsize=64)
@@ -699,35 +746,55 @@ def _grouped(lines: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def _flat(X: RigidTransform) -> Triple:
-    """Returns x, y and yaw of a pose, in meters and radians."""
+def _flat(source: _Source) -> Triple:
+    """Returns x, y and yaw of the pose of an element, in meters and radians."""
+    X = source.pose()[0]
     x, y, _ = X.translation()
+    if max(abs(x), abs(y)) > _FAR:
+        raise source.fault(
+            f"<pose> must be at most {_FAR:g} m away, got ({x:g}, {y:g});"
+            " correct it"
+        )
     return float(x), float(y), float(RollPitchYaw(X.rotation()).yaw_angle())
 
 
-def _box(n: Sequence[float], s: Triple) -> Shape:
-    return Box(n[0] * s[0], n[1] * s[1], n[2] * s[2])
+def _number_of(text: str) -> float:
+    return float(text) if text.strip().isdecimal() else math.inf
 
 
-def _ellipsoid(n: Sequence[float], s: Triple) -> Shape:
-    return Ellipsoid(n[0] * s[0], n[1] * s[1], n[2] * s[2])
+def _check_sizes(shape: _Source, sizes: Iterable[float]) -> None:
+    """Refuses a shape that is too small or too large with its scale."""
+    low, high = _SIZES
+    for size in sizes:
+        if not low <= abs(size) <= high:
+            raise shape.fault(
+                f"the sizes of <{shape.element.tag}>, with the scale of"
+                f" <state>, must be in [{low:g}, {high:g}], got {size:g};"
+                " correct them"
+            )
 
 
+# Of each shape: what makes it of its sizes, their factors by the scale of its
+# model along x, y and z, as Gazebo takes them, and the rules of its elements.
 _SHAPES: dict[
     str,
     tuple[
-        Callable[[Sequence[float], Triple], Shape], tuple[tuple[str, Rule], ...]
+        Callable[..., Shape],
+        Callable[[float, float, float], Sequence[float]],
+        tuple[tuple[str, Rule], ...],
     ],
 ] = {
-    "box": (_box, (("size", _SIDES),)),
-    "sphere": (lambda n, s: Sphere(n[0] * s[0]), (("radius", _LENGTH),)),
+    "box": (Box, lambda x, y, z: (x, y, z), (("size", SIDES),)),
+    "sphere": (Sphere, lambda x, y, z: (max(x, y, z),), (("radius", LENGTH),)),
     "cylinder": (
-        lambda n, s: Cylinder(n[0] * s[0], n[1] * s[2]),
-        (("radius", _LENGTH), ("length", _LENGTH)),
+        Cylinder,
+        lambda x, y, z: (max(x, y), z),
+        (("radius", LENGTH), ("length", LENGTH)),
     ),
     "capsule": (
-        lambda n, s: Capsule(n[0] * s[0], n[1] * s[2]),
-        (("radius", _LENGTH), ("length", _LENGTH)),
+        Capsule,
+        lambda x, y, z: (max(x, y), z),
+        (("radius", LENGTH), ("length", LENGTH)),
     ),
-    "ellipsoid": (_ellipsoid, (("radii", _SIDES),)),
+    "ellipsoid": (Ellipsoid, lambda x, y, z: (x, y, z), (("radii", SIDES),)),
 }

@@ -85,7 +85,7 @@ class Folders:
             raise ValueError("has no file; name one in <uri>")
         if fuel := _FUEL.match(uri):
             host, owner, name, version, rest = fuel.groups()
-            name = unquote(name)
+            owner, name = unquote(owner), unquote(name)
             for folder in self._fuel_models(host, owner, name, version):
                 if (found := folder / (rest or "")).exists():
                     return found
@@ -152,7 +152,7 @@ class Folders:
             ]
             found.sort(key=lambda it: -int(it.name))
             exact = [it for it in found if it.name == version]
-            yield from exact or found
+            yield from exact if (version or "").isdecimal() else found
 
 
 def model_file(folder: Path) -> Path:
@@ -163,14 +163,14 @@ def model_file(folder: Path) -> Path:
     """
     if folder.is_file():
         return folder
-    best = folder / "model.sdf", 0.0
+    best = folder / "model.sdf", (0, 0)
     config = folder / "model.config"
     if config.is_file():
         text = config.read_text(encoding="utf-8", errors="replace")
         text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
         for attributes, name in re.findall(r"<sdf([^>]*)>([^<]*)</sdf>", text):
-            number = re.search(r"version\s*=\s*[\"'](\d+\.\d+)", attributes)
-            version = float(number[1]) if number else 1.0
+            number = re.search(r"version\s*=\s*[\"'](\d+)\.(\d+)", attributes)
+            version = (int(number[1]), int(number[2])) if number else (1, 0)
             if version > best[1]:
                 best = folder / name.strip(), version
     if not best[0].is_file():

@@ -92,20 +92,21 @@ class Rule:
 
 
 _NUMBER, _POINT, _LEAST_0 = Rule(), Rule((3,)), Rule(low=0.0)
-_LENGTH = Rule(low=0.0, high=_SIZE, is_open=True)
-_SIDES = Rule((3,), 0.0, _SIZE, is_open=True)
+# A length, and three of them.
+LENGTH = Rule(low=0.0, high=_SIZE, is_open=True)
+SIDES = Rule((3,), 0.0, _SIZE, is_open=True)
 _SCALE = Rule((3, 1), not_zero="each")
 _SHAPES = {
-    ("box", "size"): _SIDES,
-    ("sphere", "radius"): _LENGTH,
-    ("cylinder", "radius"): _LENGTH,
-    ("cylinder", "length"): _LENGTH,
-    ("capsule", "radius"): _LENGTH,
-    ("capsule", "length"): _LENGTH,
-    ("ellipsoid", "radii"): _SIDES,
-    ("ellipsoid", "a"): _LENGTH,
-    ("ellipsoid", "b"): _LENGTH,
-    ("ellipsoid", "c"): _LENGTH,
+    ("box", "size"): SIDES,
+    ("sphere", "radius"): LENGTH,
+    ("cylinder", "radius"): LENGTH,
+    ("cylinder", "length"): LENGTH,
+    ("capsule", "radius"): LENGTH,
+    ("capsule", "length"): LENGTH,
+    ("ellipsoid", "radii"): SIDES,
+    ("ellipsoid", "a"): LENGTH,
+    ("ellipsoid", "b"): LENGTH,
+    ("ellipsoid", "c"): LENGTH,
     ("mesh", "scale"): _SCALE,
 }
 _INERTIA = {

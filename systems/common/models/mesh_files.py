@@ -4,12 +4,14 @@ They become triangles in meters, and .obj, which Drake shows. What was read is
 kept in a folder on the disk, under a hash of its content.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 import functools
 import hashlib
 import importlib.util
+import io
+import itertools
 import os
 from pathlib import Path
 import re
@@ -35,7 +37,7 @@ _FARTHEST = 1e5
 _TEXTURE = 256
 
 # The version of what is kept.
-_VERSION = 4
+_VERSION = 5
 
 # The names of textures and materials in the text of a mesh.
 _ENDING = re.compile(rb"\.(?:png|jpe?g|tga|bmp|tiff?|mtl)\b", re.I)
@@ -214,8 +216,8 @@ class _Textures:
         raise FileNotFoundError(name)
 
 
-def _load(path: Path) -> Any:
-    """Returns the scene of a file, as trimesh reads it."""
+def _load(path: Path, part: str) -> Any:
+    """Returns the scene of a file, or a part of it, as trimesh reads it."""
     needed = ["trimesh"] + ["collada"] * (path.suffix.lower() == ".dae")
     for name in needed:
         if importlib.util.find_spec(name) is None:
@@ -226,17 +228,22 @@ def _load(path: Path) -> Any:
     import trimesh
 
     textures: Any = _Textures(path.parent)
+    kind = path.suffix.lower()[1:]
+    options = {"split_objects": True} if part and kind == "obj" else {}
+    content = path.read_bytes()
+    if part and kind == "dae":
+        content = _collada_part(path.name, content, part)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            with path.open("rb") as file:
-                scene = trimesh.load_scene(
-                    file,
-                    file_type=path.suffix.lower()[1:],
-                    resolver=textures,
-                    # (Otherwise, what is not finite is left out in silence.)
-                    process=False,
-                )
+            scene = trimesh.load_scene(
+                io.BytesIO(content),
+                file_type=kind,
+                resolver=textures,
+                # (Otherwise, what is not finite is left out in silence.)
+                process=False,
+                **options,
+            )
     # Readers of damaged files raise anything.
     except Exception as error:
         words = " ".join(f"{error}".split())[:200] or type(error).__name__
@@ -246,17 +253,65 @@ def _load(path: Path) -> Any:
     return scene
 
 
+def _collada_part(name: str, content: bytes, part: str) -> bytes:
+    """Returns a file of COLLADA without the geometry of other nodes.
+
+    A part has the name or id of a node, as in Gazebo, or of a geometry.
+    """
+    from defusedxml.common import DefusedXmlException
+    from defusedxml.ElementTree import ParseError, fromstring, tostring
+
+    try:
+        top = fromstring(content)
+    except (ParseError, DefusedXmlException, ValueError) as error:
+        raise ValueError(
+            f"the mesh {name} cannot be read: {error}; export it anew"
+        ) from error
+    ids = {part} | {
+        it.get("id")
+        for it in top.iter()
+        if it.tag.endswith("}geometry") and it.get("name") == part
+    }
+    names = []
+    for node in top.iter():
+        for it in list(node):
+            if not it.tag.endswith("}instance_geometry"):
+                continue
+            url = it.get("url", "").removeprefix("#")
+            names.append(node.get("name") or url)
+            if url not in ids and part not in (
+                node.get("name"),
+                node.get("id"),
+            ):
+                node.remove(it)
+                names.append("")
+    if names.count("") * 2 == len(names):
+        raise ValueError(_no_part(name, part, filter(None, names)))
+    text: bytes = tostring(top)
+    return text
+
+
+def _no_part(name: str, part: str, names: Iterable[str]) -> str:
+    known = ", ".join(itertools.islice(names, 5))
+    have = f"; it has {known}" * bool(known)
+    return (
+        f"the mesh {name} has no part {part!r} with triangles{have};"
+        " export it anew"
+    )
+
+
 def _scene(path: Path, part: str, centered: bool) -> Any:
     """Returns a scene in meters, of checked geometry."""
     subject = f"the mesh {path.name}"
-    scene, unit = _load(path), _unit(path)
+    scene, unit = _load(path, part), _unit(path)
     import trimesh
 
     result = trimesh.Scene()
     names = []
     for mesh, name, X in _meshes(scene):
         names.append(name)
-        if part and part not in (name, mesh.metadata.get("name")):
+        is_read = path.suffix.lower() == ".dae" or not part
+        if not is_read and part not in (name, mesh.metadata.get("name")):
             continue
         mesh = mesh.copy()
         mesh.apply_transform(X)
@@ -266,11 +321,11 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
         result.add_geometry(mesh)
     triangles = _triangles(result)
     if not len(triangles):
-        have = f"; it has {', '.join(names[:5])}" if part and names else ""
-        what = (
-            f"no part {part!r} with triangles{have}" if part else "no triangles"
+        raise ValueError(
+            _no_part(path.name, part, names)
+            if part
+            else f"{subject} has no triangles; export it anew"
         )
-        raise ValueError(f"{subject} has {what}; export it anew")
     if len(triangles) > _MOST_TRIANGLES:
         raise ValueError(
             f"{subject} must have at most {_MOST_TRIANGLES} triangles, got"
@@ -301,7 +356,8 @@ def _unit(path: Path) -> float:
     """Returns the length of a mesh's unit, in meters: only .dae have one."""
     if path.suffix.lower() != ".dae":
         return 1.0
-    given = _UNIT.search(path.read_bytes())
+    plain = re.sub(rb"<!--.*?-->", b"", path.read_bytes(), flags=re.DOTALL)
+    given = _UNIT.search(plain)
     text = given[1].decode(errors="replace") if given else "1"
     try:
         unit = float(text)
@@ -356,7 +412,7 @@ def _write_obj(
         if uv is None or not np.isfinite(uv).all():
             uv = np.zeros((len(mesh.vertices), 2))
         lines.append(f"usemtl m{i}")
-        lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
+        lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
         lines += [f"vt {u:.4f} {v:.4f}" for u, v, *_ in uv]
         normals = mesh.vertex_normals
         lines += [f"vn {x:.2f} {y:.2f} {z:.2f}" for x, y, z in normals]

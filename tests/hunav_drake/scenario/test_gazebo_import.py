@@ -57,6 +57,31 @@ def test_an_actor_is_a_person_with_goals_and_its_mean_speed(tmp_path):
     assert once.cyclic is None
 
 
+def test_slow_walks_count_and_trajectories_follow_each_other(tmp_path):
+    path = tmp_path / "a.world"
+    rows = [(i / 10, 0.04 * i, 0) for i in range(51)]
+    path.write_text(world(actor(rows, loop=" False ")))
+    (person,) = import_world(path).humans
+    assert person.desired_speed == pytest.approx(0.4)
+    assert person.cyclic is None
+    second = (
+        '</trajectory><trajectory id="1"><waypoint><time>3</time><pose>7 0 0 0'
+        " 0 0</pose></waypoint></trajectory>"
+    )
+    text = actor([(0, 0, 0), (2, 2, 0)]).replace("</trajectory>", second)
+    path.write_text(world(text))
+    (person,) = import_world(path).humans
+    assert person.desired_speed == pytest.approx(1.4)
+
+
+def test_people_of_one_name_get_numbers_that_are_free(tmp_path):
+    path = tmp_path / "a.world"
+    names = ("p", "p_2", "p", "p" * 70, "p" * 70)
+    path.write_text(world("".join(actor([(0, 0, 0)], name=it) for it in names)))
+    found = [it.name for it in import_world(path).humans]
+    assert found == ["p", "p_2", "p_3", "p" * 64, "p" * 58 + "_2"]
+
+
 def test_the_command_writes_a_scenario_that_names_the_world(
     tmp_path, monkeypatch, capsys
 ):

@@ -128,14 +128,14 @@ def test_cuts_of_a_convex_hull_are_those_of_the_solid():
     dut = Hull(pyramid)
     for height in (0.0, 0.5, 1.0, 1.9):
         side = 2 * (1 - height / 2)
-        cut = shapely.Polygon(dut.cut(height))
+        cut = shapely.Polygon(*dut.cuts(height))
         assert cut.area == pytest.approx(side**2)
         assert cut.exterior.is_ccw
         assert shapely.Polygon(dut.slice(height, 5)).area == pytest.approx(
             side**2
         )
-    assert dut.cut(2.0) is None
-    assert dut.cut(-0.1) is None
+    assert not dut.cuts(2.0)
+    assert not dut.cuts(-0.1)
 
 
 CAFE = """

@@ -1,6 +1,9 @@
 """Small worlds and meshes of Gazebo, written for tests."""
 
+import itertools
+
 import numpy as np
+import shapely
 
 BOX = "<geometry><box><size>1 1 1</size></box></geometry>"
 
@@ -70,7 +73,9 @@ def obj(triangles) -> str:
     return "\n".join(lines) + "\n"
 
 
-def dae(triangles, unit='<unit meter="0.01" name="cm"/>', name="part") -> str:
+def dae(
+    triangles, unit='<unit meter="0.01" name="cm"/>', name="part", node="n"
+) -> str:
     points = np.asarray(triangles).reshape(-1, 3)
     numbers = " ".join(map(str, points.ravel().tolist()))
     order = " ".join(map(str, range(len(points))))
@@ -88,7 +93,23 @@ def dae(triangles, unit='<unit meter="0.01" name="cm"/>', name="part") -> str:
         f' count="{len(points) // 3}"><input semantic="VERTEX" source="#v"'
         f' offset="0"/><p>{order}</p></triangles></mesh></geometry>'
         '</library_geometries><library_visual_scenes><visual_scene id="s">'
-        f'<node id="n"><instance_geometry url="#{name}"/></node>'
+        f'<node id="n" name="{node}"><instance_geometry url="#{name}"/></node>'
         "</visual_scene></library_visual_scenes>"
         '<scene><instance_visual_scene url="#s"/></scene></COLLADA>'
     )
+
+
+def extruded(polygon, height: float) -> np.ndarray:
+    """The triangles (t, 3, 3) of a closed upright solid with rooms."""
+    polygon = shapely.orient_polygons(polygon)
+    triangles = []
+    flat = shapely.constrained_delaunay_triangles(polygon)
+    for it in shapely.get_parts(shapely.orient_polygons(flat)):
+        a, b, c = shapely.get_coordinates(it)[:3].tolist()
+        triangles.append([(*a, height), (*b, height), (*c, height)])
+        triangles.append([(*a, 0), (*c, 0), (*b, 0)])
+    for ring in shapely.get_rings(polygon):
+        for a, b in itertools.pairwise(shapely.get_coordinates(ring).tolist()):
+            triangles.append([(*a, 0), (*b, 0), (*b, height)])
+            triangles.append([(*a, 0), (*b, height), (*a, height)])
+    return np.array(triangles, dtype=float)

@@ -3,6 +3,10 @@
 import os
 
 import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 import pytest
 import shapely
 import yaml
@@ -19,6 +23,7 @@ from tests.systems.common.models.gazebo_files import (
     BOX,
     block,
     dae,
+    extruded,
     mesh,
     model,
     obj,
@@ -104,6 +109,89 @@ def test_poses_of_nested_models_links_and_frames_are_joined(write):
     assert places["outer::far::c"] == pytest.approx([0, 13, 0.5])
 
 
+# The collision shape of a link, one with a pose, and a model with a frame.
+SHAPE = f'<collision name="c">{BOX}</collision>'
+LINK = f'<link name="l"><pose>1 0 0 0 0 0.3</pose>{SHAPE}</link>'
+FRAME = '<frame name="f"><pose>0 2 0 0 0 1</pose></frame>'
+OF_FRAMES = {
+    "a shape in another link": f"""<model name="m"><pose>4 5 0 0 0 1</pose>
+        <link name="k"><pose>0 3 0 0 0 2</pose><collision name="c">
+        <pose relative_to="l">1 0 0 0 0 0</pose>{BOX}</collision></link>{LINK}
+        </model>""",
+    "a shape in its model": f"""<model name="m"><pose>4 5 0 0 0 1</pose>
+        <link name="k"><pose>0 3 0 0 0 2</pose><collision name="c">
+        <pose relative_to="__model__">1 0 0 0 0 0</pose>{BOX}</collision></link>
+        </model>""",
+    "beside a model placed by a frame": f"""
+        <model name="a" placement_frame="f"><pose>3 0 0 0 0 0.5</pose>{FRAME}
+        {LINK}</model><model name="b"><pose relative_to="a">1 2 0 0 0 0</pose>
+        {LINK}</model>""",
+    "beside a link of a model": f"""<model name="a"><pose>3 0 0 0 0 0.5</pose>
+        {LINK}</model><model name="b"><pose relative_to="a::l">1 2 0 0 0 0
+        </pose>{LINK}</model>""",
+    "placed by a frame of a model in it": f"""
+        <model name="m" placement_frame="i::l"><pose>3 0 0 0 0 0.5</pose>
+        <model name="i"><pose>0 4 0 0 0 0</pose>{LINK}</model>{LINK}</model>""",
+}
+
+
+@pytest.mark.parametrize("text", OF_FRAMES.values(), ids=OF_FRAMES)
+def test_shapes_are_where_drake_has_them(text, write):
+    path = write("a.sdf", world(text, "1.9"))
+    plant = MultibodyPlant(0.0)
+    scene_graph = SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    Parser(plant).AddModels(str(path))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    inspector = scene_graph.model_inspector()
+    expected = sorted(
+        (
+            plant.get_body(it).EvalPoseInWorld(context)
+            @ inspector.GetPoseInFrame(geometry)
+        )
+        .GetAsMatrix34()
+        .round(9)
+        .tolist()
+        for it in map(BodyIndex, range(1, plant.num_bodies()))
+        for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(it))
+    )
+    found = sorted(
+        it.X_WG.GetAsMatrix34().round(9).tolist()
+        for it in read_gazebo(path).collisions
+    )
+    assert found == expected
+
+
+def test_a_state_has_new_models_and_not_those_deleted(write):
+    state = (
+        '<state world_name="w"><deletions><name>a</name></deletions>'
+        f"<insertions>{model(name='b')}</insertions>"
+        '<model name="b"><pose>5 5 0.5 0 0 0</pose></model></state>'
+    )
+    path = write("a.world", world(model(name="a") + state))
+    assert extent(obstacles(path)) == pytest.approx([4.5, 4.5, 5.5, 5.5])
+
+
+@pytest.mark.parametrize(
+    ("shape", "reach"),
+    [
+        ("<cylinder><radius>1</radius><length>1</length></cylinder>", 3),
+        ("<sphere><radius>1</radius></sphere>", 4),
+        ("<ellipsoid><radii>1 1 1</radii></ellipsoid>", 2),
+    ],
+)
+def test_a_round_shape_stays_round_by_the_scale_of_a_state(shape, reach, write):
+    """The largest factor counts, as in Gazebo."""
+    state = (
+        '<state world_name="w"><model name="a"><pose>0 0 1 0 0 0</pose>'
+        "<scale>2 3 4</scale></model></state>"
+    )
+    text = model(f"<geometry>{shape}</geometry>", name="a")
+    path = write("a.world", world(text + state))
+    assert extent(obstacles(path))[2] == pytest.approx(reach, rel=0.02)
+
+
 def test_the_state_of_a_world_is_where_things_stand(write):
     state = (
         '<state world_name="w"><model name="a"><pose>5 5 0.5 0 0 0</pose>'
@@ -178,14 +266,82 @@ def test_a_dented_closed_mesh_is_solid_and_an_open_one_hollow(write):
         assert is_inside(obstacles(path), inside_point, dent) == solid
 
 
+ROOMS = {
+    "a block with two rooms": (
+        shapely.box(0, 0, 20, 10)
+        - shapely.box(0.5, 0.5, 8, 9.5)
+        - shapely.box(12, 0.5, 19.5, 9.5)
+    ),
+    "a thick wall around an arena": (
+        shapely.box(0, 0, 20, 20) - shapely.box(1, 1, 19, 19)
+    ),
+    "a block around a corridor": (
+        shapely.box(0, 0, 20, 20)
+        - (shapely.box(4, 4, 16, 16) - shapely.box(7, 7, 13, 13))
+    ),
+}
+
+
+@pytest.mark.parametrize("plan", ROOMS.values(), ids=ROOMS)
+def test_rooms_in_a_closed_block_are_free_and_the_rest_is_solid(plan, write):
+    parts = [extruded(it, 2.5) for it in shapely.get_parts(plan)]
+    write("m.stl", stl(np.concatenate(parts)))
+    path = write("a.sdf", sdf(model(mesh("m.stl"))))
+    (fixture,) = World(models=[Model(file=str(path))]).fixtures()
+    ways = shapely.union_all([*map(shapely.Polygon, fixture.footprints)])
+    assert shapely.hausdorff_distance(ways, plan) < 0.03
+    assert ways.area == pytest.approx(plan.area, abs=1.2)
+
+
+def test_parts_of_a_mesh_that_overlap_are_both_solid(write):
+    one = shapely.box(0, 0, 8, 8) - shapely.box(4, 4, 8, 8)
+    other = shapely.box(0, 0, 8, 8) - shapely.box(5, 5, 8, 8)
+    both = np.concatenate([extruded(one, 2.5), extruded(other, 2.0)])
+    for mirror in (1, -1):
+        write("m.stl", stl(both * [mirror, 1, 1]))
+        path = write("a.sdf", sdf(model(mesh("m.stl"))))
+        found = obstacles(path)
+        points = [(2.0 * mirror, 2.0), (6.0 * mirror, 2.0)]
+        assert is_inside(found, *points, (7 * mirror, 7)) == [1, 1, 0]
+
+
+@pytest.mark.parametrize("thickness", [0.01, 0.04, 0.06])
+def test_the_door_of_a_thin_wall_is_open(thickness, write):
+    front = shapely.box(0, 0, 10, 3) - shapely.box(4, -1, 5, 2.1)
+    wall = extruded(front, thickness)[:, :, [0, 2, 1]]
+    write("m.stl", stl(wall))
+    path = write("a.sdf", sdf(model(mesh("m.stl"))))
+    y = thickness / 2
+    assert is_inside(obstacles(path), (2, y), (4.5, y), (7, y)) == [1, 0, 1]
+
+
+def test_a_part_has_the_name_of_its_node_or_object(write):
+    text = dae(CUBE, "", name="geom", node="Wheel")
+    both = text.replace(
+        "</visual_scene>",
+        '<node id="o" name="Body"><translate>5 0 0</translate>'
+        '<instance_geometry url="#geom"/></node></visual_scene>',
+    )
+    write("m.dae", both)
+    lines = obj(CUBE) + "o Body\nv 5 0 0\nv 6 0 0\nv 5 1 1\nf 37 38 39\n"
+    write("m.obj", "o Wheel\n" + lines)
+    for name in ("m.dae", "m.obj"):
+        for part, low in (("Wheel", 0), ("Body", 5)):
+            given = f"<submesh><name>{part}</name></submesh>"
+            path = write("a.sdf", sdf(model(mesh(name, given))))
+            (collision,) = read_gazebo(path).collisions
+            x = collision.shape.triangles[:, :, 0]
+            assert (x.min(), x.max()) == (low, low + 1)
+
+
 def test_a_part_of_a_mesh_is_taken_by_its_name_and_centered(write):
-    write("a.dae", dae(100 * CUBE, name="body"))
+    write("a.dae", dae(100 * CUBE, name="body", node="trunk"))
     part = "<submesh><name>body</name><center>true</center></submesh>"
     path = write("a.sdf", sdf(model(mesh("a.dae", part))))
     assert extent(obstacles(path)) == pytest.approx([-0.5, -0.5, 0.5, 0.5])
     wrong = part.replace("body", "head")
     path = write("b.sdf", sdf(model(mesh("a.dae", wrong))))
-    with pytest.raises(ModelFault, match=r"no part 'head'.*it has body"):
+    with pytest.raises(ModelFault, match=r"no part 'head'.*it has trunk"):
         read_gazebo(path)
 
 
@@ -211,21 +367,59 @@ def test_what_has_no_meaning_is_noted_and_what_moves_stands(write):
     hill = model(
         "<geometry><heightmap><uri>a.png</uri></heightmap></geometry>", "h"
     )
-    text = world(f'<light name="l"/><physics/>{plane}{hill}{ball}')
+    wall = model(
+        "<geometry><plane><normal>1 0 0</normal></plane></geometry>", "q"
+    )
+    text = world(f'<light name="l"/><physics/>{plane}{hill}{wall}{ball}')
     found = read_gazebo(write("a.world", text))
     assert len(found.collisions) == 1
     notes = "\n".join(found.notes)
     assert "1 <light>" in notes
     assert "1 models that could move stand still: ball" in notes
-    assert all("<heightmap> is left out" in it for it in found.losses)
-    assert len(found.losses) == 1
+    first, second = found.losses
+    assert "<heightmap> is left out" in first
+    assert "<plane> is left out" in second
 
 
 def test_what_fell_out_of_the_world_is_lost(write):
-    text = world(model() + model(name="b", more="<pose>0 0 -7e8 0 0 0</pose>"))
+    far = model(name="b", more="<pose>0 0 -7e8 0 0 0</pose>")
+    link = model(name="c").replace("<coll", "<pose>1e6 0 0 0 0 0</pose><coll")
+    text = world(model() + far + link)
     found = read_gazebo(write("a.world", text))
     assert len(found.collisions) == 1
-    assert "b is left out, as it is farther than 100000 m" in found.losses[0]
+    for name, loss in zip("bc", found.losses, strict=True):
+        assert f"{name} is left out, as it is farther than 100000 m" in loss
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Sun/3",
+        "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Ground%20Plane",
+        "model://ground_plane/model.sdf",
+        "model://sun/",
+    ],
+)
+def test_sun_and_ground_are_never_needed(uri, write):
+    found = read_gazebo(write("a.world", world(include(uri) + model())))
+    assert len(found.collisions) == 1
+
+
+def test_the_version_of_a_model_of_fuel_is_that_asked_for(
+    write, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("GZ_FUEL_CACHE_PATH", str(tmp_path / "fuel"))
+    place = "fuel/fuel.gazebosim.org/open robotics/models/my table"
+    for version in (2, 10):
+        size = BOX.replace("1 1 1", f"{version} 1 2")
+        write(f"{place}/{version}/model.sdf", sdf(model(size)))
+    base = "https://fuel.gazebosim.org/1.0/Open%20Robotics/models/My%20Table"
+    for end, width in (("", 10), ("/2", 2), ("/tip", 10)):
+        path = write("a.world", world(include(base + end)))
+        x0, _, x1, _ = extent(obstacles(path))
+        assert x1 - x0 == pytest.approx(width)
+    with pytest.raises(ModelFault, match=r"no model 'My Table'.*/7`"):
+        read_gazebo(write("a.world", world(include(base + "/7"))))
 
 
 @pytest.mark.parametrize("given", ["field", "GAZEBO_MODEL_PATH", "fuel"])
@@ -426,6 +620,35 @@ DAMAGED = {
     "unknown frame": (
         *(world(model(more='<pose relative_to="q">0 0 0 0 0 0</pose>')), {}),
         "the frame 'q' is not in the model",
+    ),
+    "tiny scale": (
+        world(model(mesh("m.stl", "<scale>1e-9 1 1</scale>"))),
+        {"m.stl": stl(CUBE)},
+        "a.world:5: the sizes of <mesh>.* must be in .1e-06, 10000., got 1e-09",
+    ),
+    "many models": (
+        world(include("models/a0")),
+        {
+            f"models/a{i}/model.sdf": sdf(
+                f'<model name="m">{include(f"../a{i + 1}") * 10}</model>'
+            )
+            for i in range(9)
+        }
+        | {"models/a9/model.sdf": sdf('<model name="m"/>')},
+        "must have at most 50000 models",
+    ),
+    "models in models": (
+        world(include("models/a0")),
+        {
+            f"models/a{i}/model.sdf": sdf(
+                "<model name='a'>" * 60
+                + include(f"../a{i + 1}")
+                + "</model>" * 60
+            )
+            for i in range(3)
+        }
+        | {"models/a3/model.sdf": sdf(model())},
+        "100 in each other",
     ),
     "deep": (
         world("<model name='a'>" * 150 + "</model>" * 150),
