@@ -20,6 +20,7 @@ from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import check_consistent
+from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.world.obstacles import Obstacles
@@ -28,6 +29,12 @@ from hunav_drake.tracks.recorded import track_of, with_track
 
 # For more people than this, one system holds all trees.
 MAX_SEPARATE_TREES = 10
+
+
+_OPTIONAL_OUTPUTS = ("traffic", "robot_touches", "replay", "social_signals")
+
+
+_OPTIONAL_OUTPUTS = ("traffic", "robot_touches", "replay", "social_signals")
 
 
 class HumanPorts(NamedTuple):
@@ -49,6 +56,10 @@ class HumanPorts(NamedTuple):
             without such people.
         labels: The label of each person in label images, if their figures
             were added to a SceneGraph.
+        social_signals: What people show each other, n rows of `layout.Signal`;
+            None if nobody's tree has social leaves.
+        robot_signals: Input of m such rows, one for each robot; it may stay
+            unconnected. None without robots or social leaves.
     """
 
     robot_states: InputPort | None
@@ -59,6 +70,8 @@ class HumanPorts(NamedTuple):
     labels: tuple[int, ...] = ()
     robot_touches: OutputPort | None = None
     replay: OutputPort | None = None
+    social_signals: OutputPort | None = None
+    robot_signals: InputPort | None = None
 
 
 class HumanOptions(TypedDict, total=False):
@@ -88,6 +101,9 @@ class HumanOptions(TypedDict, total=False):
     # As `CrowdConfig.separate_trees`, and instead of it if it is not None.
     separate_trees: bool | None
 
+    # The places that their behaviors name.
+    places: Sequence[Place]
+
     # The people who arrive at sources and depart at sinks; by default, none.
     # `draw_with_traffic` draws both.
     traffic: Traffic | None
@@ -105,9 +121,10 @@ def MakeHumans(
 
     Returns:
         A diagram named "humans" of the systems "crowd" and "behaviors", or
-        "crowd", "behavior_0" ..., and "commands" and "behavior_status" that
-        join their outputs, with the ports of `HumanPorts` by these names; and
-        "recorded", `RecordedPeople`, if people have a `track`.
+        "crowd", "behavior_0" ..., and "commands", "behavior_status" and, with
+        social leaves, "signals", which join their outputs, with the ports of
+        `HumanPorts` by these names; and "recorded", `RecordedPeople`, if
+        people have a `track`.
 
     Raises:
         BehaviorTreeError: If a behavior is unknown or faulty.
@@ -173,6 +190,7 @@ def MakeHumans(
     trees = LoadBehaviors(
         (it.behavior for it in humans), profile=config.profile
     )
+    is_social = any(it.is_social for it in trees)
     everybody = range(len(humans))
     rows_of = {"behaviors": [*everybody]}
     if separate_trees:
@@ -188,6 +206,9 @@ def MakeHumans(
                 time_step=time_step,
                 obstacles=obstacles,
                 sight_obstacles=hiding,
+                places=options.get("places", ()),
+                social=is_social,
+                seed=options.get("seed", 0),
             ),
         )
         for name, rows in rows_of.items()
@@ -199,6 +220,13 @@ def MakeHumans(
         JoinPorts(builder, name, [it.GetOutputPort(name) for it in systems])
         for name in ("commands", "behavior_status")
     )
+    if is_social:
+        signals = JoinPorts(
+            builder, "signals", [it.GetOutputPort("signals") for it in systems]
+        )
+        for system in systems:
+            builder.Connect(signals, system.GetInputPort("social_signals"))
+        builder.ExportOutput(signals, "social_signals")
     users = [*systems]
     if recorded is not None:
         builder.AddNamedSystem("recorded", recorded)
@@ -223,6 +251,11 @@ def MakeHumans(
             builder.ConnectInput(
                 "robot_states", system.GetInputPort("robot_states")
             )
+    if num_robots and is_social:
+        first, *others = (it.GetInputPort("robot_signals") for it in systems)
+        builder.ExportInput(first, "robot_signals")
+        for port in others:
+            builder.ConnectInput("robot_signals", port)
     diagram = builder.Build()
     diagram.set_name("humans")
     return diagram
@@ -237,6 +270,7 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
         "time_step": (numbers.Real, "a number"),
         "start_jitter": (numbers.Real, "a number"),
         "traffic": ((Traffic, NoneType), "a Traffic"),
+        "places": (Sequence, "a sequence"),
     }
     known = HumanOptions.__annotations__
     for name, value in options.items():
@@ -327,16 +361,19 @@ def AddHumans(
         )
         labels = figures.labels
     return HumanPorts(
-        robot_states=(
-            diagram.get_input_port() if diagram.num_input_ports() else None
-        ),
+        **{
+            name: diagram.GetInputPort(name)
+            if diagram.HasInputPort(name)
+            else None
+            for name in ("robot_states", "robot_signals")
+        },
         human_states=diagram.GetOutputPort("human_states"),
         behavior_status=diagram.GetOutputPort("behavior_status"),
         forces=diagram.GetOutputPort("forces"),
         labels=labels,
         **{
             name: diagram.GetOutputPort(name)
-            for name in ("traffic", "robot_touches", "replay")
+            for name in _OPTIONAL_OUTPUTS
             if diagram.HasOutputPort(name)
         },
     )

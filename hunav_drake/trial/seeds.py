@@ -129,5 +129,5 @@ def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
     check_seed(seed)
     humans.ValidateContext(context)
     humans.SetDefaultContext(context)
-    crowd = humans.GetSubsystemByName("crowd")
-    crowd.SetSeed(humans.GetMutableSubsystemContext(crowd, context), seed)
+    for system in SeededSystems(humans):
+        system.SetSeed(humans.GetMutableSubsystemContext(system, context), seed)

@@ -8,6 +8,7 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem,
@@ -15,21 +16,36 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from hunav_drake.systems.behavior.nodes.tick_context import Person
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    PERSON_MEMORY,
+    SEED,
+    Person,
+)
+from hunav_drake.systems.behavior.society import Society
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_count, check_time_step
-from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    SIGNAL_SIZE,
+    SILENT,
+    STATE_SIZE,
+)
 from hunav_drake.systems.common.ports import (
     DeclareRobotStates,
     RequirePort,
     RobotStatesOf,
     weakly,
 )
+from hunav_drake.systems.common.random_streams import check_seed, seed_to_halves
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
+from hunav_drake.systems.people.places import Place, complete_places
 from hunav_drake.systems.world.obstacles import Obstacles
+
+# The seed in the memory of a tree with social leaves.
+_SEED = slice(len(PERSON_MEMORY) + SEED, len(PERSON_MEMORY) + SEED + 2)
 
 
 class BehaviorTree(LeafSystem):
@@ -41,10 +57,13 @@ class BehaviorTree(LeafSystem):
         input_ports:
         - human_states
         - robot_states
+        - social_signals (only with social leaves)
+        - robot_signals (only with social leaves)
         output_ports:
         - commands
         - behavior_status
         - node_status
+        - signals (only with social leaves)
 
     It ticks the trees of all people, or of the k people in ``indices``. One
     system per person shows each tree in the diagram; one system for all people
@@ -65,10 +84,17 @@ class BehaviorTree(LeafSystem):
     person. All belong to the present instant: they follow from the state and
     the inputs without delay.
 
+    If people take notice of what they show each other, port ``signals`` gives
+    k rows, laid out as `layout.Signal`: what each has shown in the last tick,
+    without feedthrough from any input. Port ``social_signals`` takes the n rows
+    of all people, joined from these ports, and ``robot_signals`` the m rows of
+    robots; if it is not connected, robots show nothing. What one says in a
+    tick, others hear in the next.
+
     The discrete state holds the memories of the k trees, one after the other:
     the index of the person's goal, what the nodes remember, and the
-    blackboard. `Tree.Describe()` prints the layout of each. It is updated
-    every ``time_step``.
+    blackboard. `Tree.Describe()` prints the layout of each. A second group
+    holds the signals, if there are any. Both are updated every ``time_step``.
     """
 
     # Whether people can be outside: see `OpenBehaviorTree`.
@@ -84,6 +110,9 @@ class BehaviorTree(LeafSystem):
         time_step: float = 0.05,
         obstacles: Obstacles | None = None,
         sight_obstacles: Obstacles | None = None,
+        places: Sequence[Place] = (),
+        social: bool | None = None,
+        seed: int = 0,
     ) -> None:
         """Constructs a BehaviorTree.
 
@@ -99,8 +128,16 @@ class BehaviorTree(LeafSystem):
                 default.
             sight_obstacles: The obstacles that people cannot see through; by
                 default, ``obstacles``, however low.
+            places: The places that trees name; those without a name or number
+                get one.
+            social: Whether there are signals; by default, if a tree has social
+                leaves.
+            seed: The seed in the default Context, in [0, 2^63), of what people
+                do by chance.
 
         Raises:
+            BehaviorTreeError: If a tree names a person or place that is not
+                there.
             ValueError: If there are not as many trees as people that are
                 ticked, an index is not in [0, n) or is there twice,
                 ``num_robots`` is negative, or ``time_step`` is not positive.
@@ -133,10 +170,21 @@ class BehaviorTree(LeafSystem):
             np.array(tree.initial_memory(person))
             for tree, person in zip(trees, self._people, strict=True)
         ]
+        self._is_social = any(it.is_social for it in trees)
+        self._seed = check_seed(seed)
+        for tree, memory in zip(trees, memories, strict=True):
+            if tree.is_social:
+                memory[_SEED] = seed_to_halves(seed)
+        society = None
+        if self._is_social if social is None else social:
+            society = Society.of(
+                trees, self._people, ids, complete_places(places)
+            )
         self._walk = Walk(
             [tree.program for tree in trees],
             self._people,
             memories if self._CAN_BE_OUTSIDE else None,
+            society,
         )
         # The place of each person among those that are ticked.
         self._places = {row: place for place, row in enumerate(rows)}
@@ -150,10 +198,28 @@ class BehaviorTree(LeafSystem):
         self._memory = self.DeclareDiscreteState(
             np.concatenate([np.zeros(0), *memories])
         )
+        self._signals: DiscreteStateIndex | None = None
+        if society is not None:
+            self._DeclareSignals(n)
         self._DeclareOutputs()
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
         )
+
+    def _DeclareSignals(self, n: int) -> None:
+        self._social_signals = self.DeclareVectorInputPort(
+            "social_signals", n * SIGNAL_SIZE
+        )
+        self._robot_signals = None
+        if self._num_robots:
+            self._robot_signals = self.DeclareVectorInputPort(
+                "robot_signals", self._num_robots * SIGNAL_SIZE
+            )
+        self._silent_robots = np.tile(SILENT, self._num_robots)
+        self._signals = self.DeclareDiscreteState(
+            np.tile(SILENT, len(self._trees))
+        )
+        self.DeclareStateOutputPort("signals", self._signals)
 
     def _DeclareOutputs(self) -> None:
         # The time is not among them: a held state gives held commands.
@@ -309,6 +375,34 @@ class BehaviorTree(LeafSystem):
             )
         return self._places[index]
 
+    def SetSeed(self, context: Context, seed: int) -> None:
+        """Sets the seed of what people do by chance from now on.
+
+        Args:
+            context: Of this system, changed.
+            seed: In [0, 2^63).
+
+        Raises:
+            ValueError: If the seed is not such a number.
+        """
+        halves = seed_to_halves(check_seed(seed))
+        memory = context.get_discrete_state(self._memory).value().copy()
+        for tree, own in zip(self._trees, self._walk.memories, strict=True):
+            if tree.is_social:
+                memory[own][_SEED] = halves
+        context.SetDiscreteState(self._memory, memory)
+
+    def _Signals(self, context: Context) -> Array:
+        """Returns what all people and robots have shown in the last tick."""
+        if self._signals is None:
+            return self._no_robots
+        people = self._social_signals.Eval(context)
+        port, robots = self._robot_signals, self._silent_robots
+        if port is not None and port.HasValue(context):
+            robots = port.Eval(context)
+        signals: Array = np.concatenate([people, robots])
+        return signals
+
     def _CalcTick(self, context: Context, value: AbstractValue) -> None:
         # Views: Eval() would copy the states of everybody.
         robots = self._no_robots
@@ -319,6 +413,7 @@ class BehaviorTree(LeafSystem):
                 context.get_discrete_state(self._memory).value(),
                 self._human_states.EvalBasicVector(context).value(),
                 robots,
+                self._Signals(context),
             )
         except Exception as error:
             error.add_note(f"at t = {context.get_time():.3f} s")
@@ -346,6 +441,10 @@ class BehaviorTree(LeafSystem):
         discrete_state.set_value(
             self._memory, self._EvalTick(context, self._walk.memory)
         )
+        if self._signals is not None:
+            discrete_state.set_value(
+                self._signals, self._EvalTick(context, self._walk.signals)
+            )
 
 
 def _check_rows(rows: Sequence[int], n: int) -> None:

@@ -12,10 +12,13 @@ class OpenBehaviorTree(BehaviorTree):
         input_ports:
         - human_states
         - robot_states
+        - social_signals (only with social leaves)
+        - robot_signals (only with social leaves)
         output_ports:
         - commands
         - behavior_status
         - node_status
+        - signals (only with social leaves)
 
     It differs from a `BehaviorTree` for people who are outside (see
     `layout.OUTSIDE`): their commands are to go nowhere, their other outputs

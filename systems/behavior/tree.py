@@ -18,9 +18,10 @@ from hunav_drake.systems.behavior.nodes.operations import AGAIN, SWITCH
 from hunav_drake.systems.behavior.nodes.program import Program
 from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.tick_context import GOAL_INDEX, Person
+from hunav_drake.systems.behavior.society import Society
 from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.common.layout import SILENT, STATE_SIZE
 
 # The number of nodes that one tick may tick. Repeat in Repeat in Repeat ...
 # would otherwise let a small tree stop the simulation.
@@ -89,6 +90,8 @@ class Tree:
             their indices.
         documents: The XML documents that it was made from.
         values: The values of its ports, as in XML.
+        is_social: Whether a leaf of it takes notice of what people show each
+            other.
     """
 
     def __init__(self, parsed: ParsedTree) -> None:
@@ -105,6 +108,7 @@ class Tree:
         self.nodes = tuple(_preorder(self.root))
         self.slots = parsed.assembled.slots
         self.texts = parsed.assembled.texts
+        self.is_social = parsed.assembled.is_social
         for node in self.nodes:
             check_thresholds(
                 node, {name: node.constant(name) for name in node.ports}
@@ -162,6 +166,7 @@ class Tree:
         memory: Sequence[float],
         human_states: Array,
         robot_states: Array,
+        social_signals: Array | None = None,
     ) -> Outcome:
         """Ticks the tree once. The result depends on the arguments only.
 
@@ -170,6 +175,9 @@ class Tree:
             memory: The memory after the previous tick, or `initial_memory`.
             human_states: Shape (7n,): see `common.layout`.
             robot_states: Shape (7m,): see `common.layout`.
+            social_signals: Shape (22 (n + m),), rows of `layout.Signal` of all
+                people and robots, for trees with social leaves; by default,
+                nobody shows anything.
 
         Raises:
             BehaviorTreeError: If a node meets a blackboard entry that is not
@@ -179,7 +187,9 @@ class Tree:
             TypeError: If a leaf returns no valid status.
             ValueError: If there are too few numbers.
         """
-        return self.trace(person, memory, human_states, robot_states)[0]
+        return self.trace(
+            person, memory, human_states, robot_states, social_signals
+        )[0]
 
     def trace(
         self,
@@ -187,6 +197,7 @@ class Tree:
         memory: Sequence[float],
         human_states: Array,
         robot_states: Array,
+        social_signals: Array | None = None,
     ) -> tuple[Outcome, tuple[NodeStatus, ...]]:
         """Ticks the tree once, and returns the status of each node.
 
@@ -205,13 +216,21 @@ class Tree:
                 f"there must be {len(self.slots)} numbers of memory and more"
                 f" than {person.index} people, got {sizes[0]} and {sizes[1]}"
             )
-        walk = Walk([self.program], [person])
-        result = walk.tick(
-            *(
-                np.array(it, float)
-                for it in (memory, human_states, robot_states)
+        society = None
+        if self.is_social:
+            n, m = sizes[1], len(robot_states) // STATE_SIZE
+            society = Society.of([self], [person], range(1, n + 1), ())
+            if social_signals is None:
+                social_signals = np.tile(SILENT, n + m)
+        walk = Walk([self.program], [person], society=society)
+        numbers, humans, robots, signals = (
+            np.array(it, float)
+            for it in (
+                *(memory, human_states, robot_states),
+                () if social_signals is None else social_signals,
             )
         )
+        result = walk.tick(numbers, humans, robots, signals)
         statuses = tuple(map(NodeStatus, result[walk.node_status].astype(int)))
         outcome = Outcome(
             statuses[0],

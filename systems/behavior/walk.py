@@ -24,15 +24,21 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     TickContext,
 )
 from hunav_drake.systems.behavior.nodes.walk_kernel import PORTS_READ, walk
+from hunav_drake.systems.behavior.society import Society
 from hunav_drake.systems.behavior.tick_checks import check_written
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import COMMAND_SIZE, STATE_SIZE
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    SIGNAL_SIZE,
+    STATE_SIZE,
+)
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # Parts of a tick: what leaves write, goal and robot, and where it stopped.
 _WRITTEN = slice(COMMAND_AT - 1, COMMAND_AT + COMMAND_SIZE)
 _CHOICES = slice(_WRITTEN.stop, _WRITTEN.stop + 2)
 _PLACE = slice(TICK_SIZE - 4, TICK_SIZE - 1)
+_NOTHING = np.zeros(0)
 _NO_WALLS = Obstacles.from_shapes([], solid=[]).table
 
 
@@ -46,6 +52,7 @@ class Walk:
         behavior_status: The part with everybody's behavior status.
         node_status: The part with the status of all nodes.
         node_statuses: The part of each person in that.
+        signals: The part with the rows of `social_signals` of all.
     """
 
     def __init__(
@@ -53,6 +60,7 @@ class Walk:
         programs: Sequence[Program],
         people: Sequence[Person],
         initials: Sequence[Array] | None = None,
+        society: Society | None = None,
     ) -> None:
         """Constructs a Walk.
 
@@ -61,6 +69,7 @@ class Walk:
             people: The people.
             initials: For each, the memory while the person is outside; by
                 default, nobody can be outside: see `layout.OUTSIDE`.
+            society: What social leaves know; by default, there are none.
         """
         self._programs = list(programs)
         self._people = list(people)
@@ -73,22 +82,27 @@ class Walk:
             COMMAND_SIZE * len(people),
             len(people),
             sum(len(it.nodes) for it in programs),
+            SIGNAL_SIZE * len(people) * (society is not None),
             SCRATCH_SIZE * deepest,
             MAX_PORTS,
             STACK_SIZE,
         ]
         parts = _slices(sizes)
         _, self.memory, self.commands, self.behavior_status, *rest = parts
-        self.node_status, scratch, values, stack = rest
+        self.node_status, self.signals, scratch, values, stack = rest
         self._values = values
         self._size = sum(sizes)
         # (What the addresses in the records point to.)
         self._kept: list[Array] = []
         self._ticks = np.zeros(len(people), TICK)
+        known = self._society_fields(society) if society else {}
         for i, tick in enumerate(self._ticks):
             fields = {
                 **self._tree_fields(programs[i]),
                 **self._person_fields(people[i]),
+                **known,
+                "social": society is not None and programs[i].is_social,
+                "signal": 8 * (self.signals.start + SIGNAL_SIZE * i),
                 "initial": self._address(initials[i]) if initials else 0,
                 "first_slot": self.memories[i].start,
                 "memory": 8 * (self.memory.start + self.memories[i].start),
@@ -129,19 +143,38 @@ class Walk:
             "reach": person.goal_radius,
             "body_radius": person.body_radius,
             "time_step": person.time_step,
+            "ignores": person.ignores_invitations,
             "walls": self._address(walls),
             "walls_size": len(walls),
             "hiding": self._address(hiding),
             "hiding_size": len(hiding),
         }
 
-    def tick(self, memory: Array, humans: Array, robots: Array) -> Array:
+    def _society_fields(self, society: Society) -> dict[str, int]:
+        return {
+            **{
+                name: self._address(getattr(society, name))
+                for name in ("ids", "places", "lists")
+            },
+            "num_places": len(society.places),
+            "num_lists": len(society.lists),
+        }
+
+    def tick(
+        self,
+        memory: Array,
+        humans: Array,
+        robots: Array,
+        signals: Array = _NOTHING,
+    ) -> Array:
         """Ticks the trees once. The result depends on the arguments only.
 
         Args:
             memory: The memories of all people.
             humans: Shape (7n,): see `common.layout`.
             robots: Shape (7m,): see `common.layout`.
+            signals: Shape (22 (n + m),), rows of `layout.Signal`, if there is
+                a society; else, empty.
 
         Returns:
             The numbers whose parts are the attributes of this class.
@@ -152,7 +185,8 @@ class Walk:
         """
         numbers = len(robots) // STATE_SIZE + 3 * (len(humans) // STATE_SIZE)
         work = np.empty(self._size + numbers)
-        arguments = (self._at, len(self._people), memory, humans, robots, work)
+        given = (memory, humans, robots, signals)
+        arguments = (self._at, len(self._people), *given, work)
         code = walk(*arguments, 0, -1, 0)
         if not code:
             return work

@@ -250,6 +250,8 @@ def _element(
 
 def _model_port(port: Port) -> XmlElement:
     attributes = {"name": port.name, "type": _CPP_TYPES[port.base]}
+    if port.output:
+        return _element("output_port", attributes)
     if port.default is not ...:
         default = str(port.default)
         is_bool = port.base is bool

@@ -120,6 +120,179 @@ class Command(IntEnum):
 
 COMMAND_SIZE = len(Command)
 
+
+@explain
+class Signal(IntEnum):
+    """The elements of a row of `social_signals`: what a person shows others.
+
+    Others are told by row codes: the row of a person, n plus the row of a
+    robot, or -1 for nobody and everybody.
+    """
+
+    UTTERANCE = 0
+    """What the person says: 0 nothing, else a `text_code`."""
+
+    TO = 1
+    """Row code of the one it is said to."""
+
+    GESTURE = 2
+    """Gesture: a Gesture."""
+
+    GAZE = 3
+    """Row code of the one looked at; -1 along the yaw; -2 at the point of the
+    gaze."""
+
+    GAZE_X = 4
+    """X of the point of the gaze, in W, in meters."""
+
+    GAZE_Y = 5
+    """Y of the point of the gaze, in W, in meters."""
+
+    ACTIVITY = 6
+    """What the person does: an Activity, or a number from 100 of your own."""
+
+    PLACE = 7
+    """Number of the place that the person claims, or -1."""
+
+    SLOT = 8
+    """Number of the slot of it, or -1."""
+
+    SINCE = 9
+    """Tick in which this activity began."""
+
+    HOST = 10
+    """Row of the host of the person's circle or group, or -1."""
+
+    OPEN = 11
+    """Offer of a host: 0 none, 1 to the partners, 2 to everybody."""
+
+    CENTER_X = 12
+    """X of a host's circle, or of the goal of its walk, in W, in meters."""
+
+    CENTER_Y = 13
+    """Y of a host's circle, or of the goal of its walk, in W, in meters."""
+
+    ANGLE = 14
+    """Direction of the first place of a host's circle, in W, in radians."""
+
+    PARTNER_1 = 15
+    """Row of the first person invited, or -1."""
+
+    PARTNER_2 = 16
+    """Row of the second person invited, or -1."""
+
+    PARTNER_3 = 17
+    """Row of the third person invited, or -1."""
+
+    PARTNER_4 = 18
+    """Row of the fourth person invited, or -1."""
+
+    PARTNER_5 = 19
+    """Row of the fifth person invited, or -1."""
+
+    PARTNER_6 = 20
+    """Row of the sixth person invited, or -1."""
+
+    POSTURE = 21
+    """Posture: a Posture."""
+
+
+SIGNAL_SIZE = len(Signal)
+
+SILENT = tuple(
+    -1.0
+    if it in (Signal.TO, Signal.GAZE, Signal.PLACE, Signal.SLOT, Signal.HOST)
+    or Signal.PARTNER_1 <= it <= Signal.PARTNER_6
+    else 0.0
+    for it in Signal
+)
+"""A row of `social_signals` of a person who shows nothing."""
+
+# The largest number of people that a host can name.
+MAX_PARTNERS = Signal.PARTNER_6 - Signal.PARTNER_1 + 1
+
+
+@explain
+class Gesture(IntEnum):
+    """The gestures of people and robots."""
+
+    NONE = 0
+    """None."""
+
+    WAVE = 1
+    """Waves."""
+
+    POINT = 2
+    """Points."""
+
+    BECKON = 3
+    """Beckons."""
+
+    NOD = 4
+    """Nods."""
+
+    YOU_FIRST = 5
+    """Lets another one go first."""
+
+
+@explain
+class Activity(IntEnum):
+    """What a person does, as others see it."""
+
+    NONE = 0
+    """Walks, or stands."""
+
+    CONVERSATION = 1
+    """Talks in a circle."""
+
+    QUEUE = 2
+    """Stands in a queue."""
+
+    USE = 3
+    """Uses a thing at a place."""
+
+    SIT = 4
+    """Sits."""
+
+    FOLLOW = 5
+    """Follows somebody."""
+
+    ACCOMPANY = 6
+    """Walks beside a robot."""
+
+    BLOCK = 7
+    """Blocks the way."""
+
+    WATCH = 8
+    """Looks at a screen."""
+
+    GIVE_WAY = 9
+    """Gives way."""
+
+    GROUP_WALK = 10
+    """Walks with a group."""
+
+    WAIT = 11
+    """Waits."""
+
+    FLEE = 12
+    """Keeps away from a robot."""
+
+
+@explain
+class Posture(IntEnum):
+    """How a person holds the body."""
+
+    STANDING = 0
+    """Stands or walks."""
+
+    SEATED = 1
+    """Sits."""
+
+    LYING = 2
+    """Lies."""
+
+
 FORCES = (
     "goal",
     "obstacle",

@@ -81,6 +81,10 @@ class HumanConfig:
     People with -1 walk alone, and so do those with lower numbers, except by
     HuNavSim's rules (its kernel of the forces), where these are groups, too."""
 
+    invitations: Literal["accept", "ignore"] = "accept"
+    """Whether the person comes when others ask for a talk or a walk together:
+    see `ConversationFormation` and `SetGroupWalk`."""
+
     goals: Points = field(default_factory=list)
     """Goals (x, y) to walk to, one after the other, in W, in meters."""
 

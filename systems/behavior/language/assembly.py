@@ -25,6 +25,7 @@ from hunav_drake.systems.behavior.nodes.operations import Script
 from hunav_drake.systems.behavior.nodes.port import (
     UNSET,
     Constant,
+    Meaning,
     Port,
     Variable,
 )
@@ -32,7 +33,10 @@ from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
     BEGUN_SLOT,
     needs_memory,
 )
-from hunav_drake.systems.behavior.nodes.tick_context import PERSON_MEMORY
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    PERSON_MEMORY,
+    SOCIAL_MEMORY,
+)
 
 
 @dataclass(frozen=True)
@@ -44,12 +48,14 @@ class Assembled:
         slots: The name of each number in the memory.
         initial: The value of each number before the first tick.
         texts: The texts that entries can hold.
+        is_social: Whether any of its leaves is.
     """
 
     root: Node
     slots: tuple[str, ...]
     initial: tuple[float, ...]
     texts: tuple[str, ...]
+    is_social: bool
 
 
 def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
@@ -62,8 +68,11 @@ def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
         if entry.literal is not None:
             entry.kind.literal(entry.literal, Spot(entry.place, "SubTree"))
     texts = _collect_texts(drafts, changing)
-    slots = list(PERSON_MEMORY)
-    initial = [0.0] * len(slots)
+    own = dict.fromkeys(PERSON_MEMORY, 0.0)
+    is_social = any(each.type.is_social for each in drafts)
+    if is_social:
+        own |= SOCIAL_MEMORY
+    slots, initial = list(own), list(own.values())
     following = len(slots) + sum(len(_own_slots(each)) for each in drafts)
     for slot, entry in enumerate(changing, following):
         entry.slot = slot
@@ -74,7 +83,9 @@ def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
         initial.append(
             UNSET if literal is None else texts.number(literal, entry.kind)
         )
-    return Assembled(root, tuple(slots), tuple(initial), texts.table())
+    return Assembled(
+        root, tuple(slots), tuple(initial), texts.table(), is_social
+    )
 
 
 def _preorder(draft: Draft) -> Iterator[Draft]:
@@ -96,7 +107,8 @@ def _settle(draft: Draft) -> None:
             if port.takes_any:
                 draft.kind.join(binding.kind, spot)
             else:
-                text = port.base is str
+                # (An entry has the number of one of several people.)
+                text = port.base is str and port.meaning is not Meaning.PEOPLE
                 reason = f"port {port.name} with {{{binding.key}}}"
                 binding.kind.require(text, reason, spot)
             continue

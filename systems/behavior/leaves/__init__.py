@@ -3,9 +3,15 @@
 # The leaves register themselves.
 from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     blocking,
+    circles,
+    gaze,
+    going,
     making_way,
+    others,
+    pausing,
     reactions,
     robot_conditions,
+    speech,
     walking,
     yielding,
 )

@@ -6,6 +6,7 @@ from typing import Annotated
 import numpy as np
 
 from hunav_drake.systems.common.kernels import jit_inline
+from hunav_drake.systems.common.layout import Hold
 from hunav_drake.systems.common.schema import within
 
 TurnRate = Annotated[float, within(0, 100, "rad/s", low_open=True)]
@@ -30,6 +31,16 @@ AIM = 0.06
 
 # A person slower than this stands, in m/s.
 STANDING = 0.05
+
+# A person walks to a point until this near, in meters.
+_REACH = 0.05
+
+# A person settles on a point within the first distance, and stays there up to
+# the second; it walks there at least with the speed, and as fast as it would
+# be there in the time. In meters, m/s and seconds.
+SETTLED, _OFF, _SLOWLY, _SOON = 0.1, 0.2, 0.2, 0.5
+
+_STAND = float(Hold.STAND)
 
 
 @jit_inline
@@ -121,3 +132,29 @@ def walk_with(tick, vx, vy, acceleration):
     # A point half a meter ahead, which the next tick puts farther on.
     ahead = 0.5 / max(speed, STANDING)
     head_for(tick, tick.x + ahead * vx, tick.y + ahead * vy, 0.0)
+
+
+@jit_inline
+def walk_to(tick, x, y, speed):
+    """Walks to a point at a speed."""
+    head_for(tick, x, y, _REACH)
+    tick.desired_speed = speed
+    tick.max_speed = speed
+
+
+@jit_inline
+def stand(tick):
+    """Stands still."""
+    tick.hold = _STAND
+
+
+@jit_inline
+def settle(tick, x, y):
+    """Walks to a point and stays there; returns whether the person is there."""
+    left = math.hypot(x - tick.x, y - tick.y)
+    is_still = speed_of(tick) < STANDING
+    if left <= SETTLED or (is_still and left <= _OFF):
+        stand(tick)
+        return True
+    walk_to(tick, x, y, min(tick.max_speed, max(_SLOWLY, left / _SOON)))
+    return False

@@ -145,6 +145,37 @@ def is_robot_visible(
     return True
 
 
+@register_condition("IsRobotClose", ignored=IGNORED)
+@jit
+def is_robot_close(tick: Tick, threshold: Distance = 1.0) -> bool:
+    """Holds if the center of a robot is nearer than `threshold`."""
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        away = math.hypot(robot.x - tick.x, robot.y - tick.y)
+        found[i] = away if away < threshold else math.inf
+    return bool(_notice_nearest(tick, False) >= 0)
+
+
+@register_condition("IsRobotFacingAgent", ignored=IGNORED)
+@jit
+def is_robot_facing_agent(
+    tick: Tick,
+    angle: Annotated[float, within(0, math.pi, "rad")] = 0.3,
+    distance: Distance = 1e5,
+    occlusion: bool = True,
+) -> bool:
+    """Holds if a robot faces the person within `angle`, in sight."""
+    found = _fitting(tick)
+    for i in range(tick.num_robots):
+        robot = robot_at(tick, i)
+        dx, dy = tick.x - robot.x, tick.y - robot.y
+        away = math.hypot(dx, dy)
+        off = abs(wrapped(math.atan2(dy, dx) - robot.yaw))
+        found[i] = away if away <= distance and off <= angle else math.inf
+    return bool(_notice_nearest(tick, occlusion) >= 0)
+
+
 @register_condition("IsRobotApproaching", ignored=IGNORED)
 @jit
 def is_robot_approaching(

@@ -7,6 +7,7 @@ that name a person or a time step are accepted and ignored.
 import math
 from typing import Annotated, Literal
 
+from hunav_drake.systems.behavior.leaves.invitations import host_of, obey
 from hunav_drake.systems.behavior.leaves.pacing import (
     STANDING,
     PortSpeed,
@@ -74,11 +75,13 @@ UNSEEN = float(RobotRole.UNSEEN)
 def is_goal_reached(tick: Tick, shared: bool = True) -> bool:
     """Holds within 0.1 m of the goal's radius; never without a goal.
 
+    It never holds while others have invited the person.
+
     If the goal is `shared`, it also holds where people who stand nearer to it
     are in the way: at most 0.4 m times the square root of their number outside
     of the radius.
     """
-    if not has_goal(tick):
+    if not has_goal(tick) or host_of(tick) >= 0:
         return False
     x, y = goal_of(tick)
     distance = math.hypot(x - tick.x, y - tick.y)
@@ -102,8 +105,9 @@ def _is_taken(tick, x, y, distance):
 @register_action("UpdateGoal", ignored=IGNORED)
 @jit
 def update_goal(tick: Tick) -> NodeStatus:
-    """Goes on to the next goal; fails if there is no current goal."""
-    return SUCCESS if next_goal(tick) else FAILURE
+    """Goes on to the next goal; fails without a goal, and while invited."""
+    is_bound = host_of(tick) >= 0
+    return SUCCESS if not is_bound and next_goal(tick) else FAILURE
 
 
 @register_action("RegularNav", ignored=IGNORED)
@@ -113,9 +117,13 @@ def regular_nav(
 ) -> NodeStatus:
     """Walks to the current goal; `robot` is its role in the social forces.
 
-    With `ignore_robot` robots are unseen, whatever `robot` is.
+    With `ignore_robot` robots are unseen, whatever `robot` is. People who are
+    invited to a circle or a walk go there instead.
     """
     tick.robot_role = UNSEEN if ignore_robot else ROLES[int(robot)]
+    host = host_of(tick)
+    if host >= 0:
+        obey(tick, host)
     return SUCCESS
 
 

@@ -51,6 +51,15 @@ def steps_reach(steps, time_step, seconds):
     return steps * time_step >= seconds * (1 - 1e-12)
 
 
+@jit_part
+def steps_of(seconds, time_step):
+    """Returns the least number of steps that lasts at least a duration."""
+    steps = np.int64(seconds / time_step)
+    while not steps_reach(steps, time_step, seconds):
+        steps += 1
+    return steps
+
+
 @jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
 def _child(tick, row, index):
     """Returns the row of a child; 0 after the last one."""
@@ -144,6 +153,7 @@ def enter(tick, row, has_read):
         if node.leaf == 0:
             interrupt(tick, row, COMPILE_LEAF, 0)
             return 0
+        tick.row = row
         result = _call(tick, node, ports)
         if operation == op.CONDITION:
             return -SUCCESS if result else -FAILURE
@@ -194,6 +204,18 @@ def enter(tick, row, has_read):
             memory[node.first] = 0.0
             halt(tick, row + 1, node.end)
             return -FAILURE
+        return row + 1
+    if operation == op.TIME_DELAY:
+        if not steps_reach(memory[node.first], tick.time_step, ports[0]):
+            memory[node.first] += 1
+            return -FAILURE
+        scratch[0] = ports[1] != 0
+        return row + 1
+    if operation == op.COOLDOWN:
+        if memory[node.first] > 0:
+            memory[node.first] -= 1
+            return -FAILURE
+        scratch[0] = steps_of(ports[0], tick.time_step)
         return row + 1
     if operation == op.IF:
         return max(_child(tick, row, np.int64(memory[node.first])), row + 1)
@@ -290,6 +312,14 @@ def resume(tick, row, child, status):
             memory[node.first] += 1
         elif status != SKIPPED:
             memory[node.first] = 0.0
+        return -status
+    if operation == op.TIME_DELAY:
+        if scratch[0] and status in (SUCCESS, FAILURE):
+            memory[node.first] = 0.0
+        return -status
+    if operation == op.COOLDOWN:
+        if status in (SUCCESS, FAILURE):
+            memory[node.first] = scratch[0]
         return -status
     if operation in (op.IF, op.WHILE):
         return _branch(tick, row, child, status)

@@ -24,6 +24,7 @@ from hunav_drake.systems.behavior.nodes.status import (
 from hunav_drake.systems.common.schema import within
 
 _MILLISECONDS = Annotated[float, within(0, 1e9, "ms")]
+_SECONDS = Annotated[float, within(0, 1e9, "s")]
 _CYCLES = Annotated[int, within(-1, 1e9)]
 _PLACE = {"child": 0.0, "skipped": 0.0}
 
@@ -171,6 +172,22 @@ LANGUAGE_NODES = (
         op.TIMEOUT,
         ports=(Port("msec", _MILLISECONDS),),
         slot="steps",
+    ),
+    _decorator(
+        "TimeDelay",
+        "Fails for some simulated time, then ticks its child; of HuNavSim 2.",
+        op.TIME_DELAY,
+        ports=(Port("delay", _SECONDS, 1.0), Port("again", bool, False)),
+        slot="steps",
+        kept=("steps",),
+    ),
+    _decorator(
+        "Cooldown",
+        "Fails for some simulated time after its child has completed.",
+        op.COOLDOWN,
+        ports=(Port("seconds", _SECONDS),),
+        slot="steps left",
+        kept=("steps left",),
     ),
     _node("Action", "AlwaysSuccess", "Succeeds.", op.GIVE, SUCCESS),
     _node("Action", "AlwaysFailure", "Fails.", op.GIVE, FAILURE),

@@ -14,6 +14,7 @@ from hunav_drake.systems.behavior.nodes.operations import Operation, Script
 from hunav_drake.systems.behavior.nodes.port import (
     UNSET,
     Constant,
+    Meaning,
     Port,
     Variable,
 )
@@ -84,6 +85,8 @@ class Node:
         value = self.ports[port]
         if isinstance(value, Constant):
             return value.value
+        if self.type.ports[port].meaning is Meaning.RESULT:
+            return value.slot
         number, texts = memory[value.slot], value.texts
         if number == UNSET:
             raise self.error(
@@ -123,6 +126,8 @@ class NodeType:
             nodes.
         leaf: The function of a compiled leaf, or None.
         build: For leaves in Python, returns what ticks a node.
+        is_social: Whether it takes notice of what people show each other, or
+            of the numbers that every person with such a tree has.
     """
 
     name: str
@@ -141,6 +146,7 @@ class NodeType:
     build: Callable[[Node], LeafFunction] | None = field(
         default=None, repr=False
     )
+    is_social: bool = False
 
     @property
     def is_ours(self) -> bool:

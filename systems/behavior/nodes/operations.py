@@ -17,6 +17,7 @@ ORDERED, REACTIVE = 6, 7
 # Decorators: maps each status to another; those that count.
 MAPPED = 8
 AGAIN, RUN_ONCE, DELAY, TIMEOUT = 9, 10, 11, 12
+TIME_DELAY, COOLDOWN = 17, 18
 # Nodes that choose a child, and Parallel.
 IF, WHILE, SWITCH, PARALLEL = 13, 14, 15, 16
 

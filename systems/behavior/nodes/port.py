@@ -5,6 +5,7 @@ variable: a blackboard entry in the tree's memory.
 """
 
 from dataclasses import dataclass, field
+from enum import Enum
 import math
 import sys
 from typing import Any, Literal, get_args, get_origin
@@ -12,11 +13,32 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from hunav_drake.systems.behavior.nodes.errors import Spot
+from hunav_drake.systems.behavior.nodes.texts import (
+    people_code,
+    place_code,
+    text_code,
+)
 from hunav_drake.systems.common.schema import Within
 
 # The number of a blackboard entry that is not set. No literal is infinite, and
 # unlike NaN it is equal to itself, so that states compare.
 UNSET = float("-inf")
+
+
+class Meaning(Enum):
+    """What the value of a port names, for its annotation in `Annotated`."""
+
+    PERSON = "a person's number"
+    """The number of a person. An entry that nothing has set is nobody."""
+
+    PEOPLE = "numbers of people"
+    """A text with numbers of people, as "2, 3"; or such an entry."""
+
+    PLACE = "a place"
+    """The name or the number of a place."""
+
+    RESULT = "a result"
+    """An entry that the leaf sets: it gets the number of its slot."""
 
 
 def _message(error: ValidationError, value: Any) -> str:
@@ -67,6 +89,12 @@ class Port:
         return self.annotation is Any
 
     @property
+    def meaning(self) -> Meaning | None:
+        """What its value names, if its annotation says so."""
+        rules = getattr(self.annotation, "__metadata__", ())
+        return next((it for it in rules if isinstance(it, Meaning)), None)
+
+    @property
     def choices(self) -> tuple[str, ...]:
         """The texts that it takes, if it is one of several."""
         annotation = getattr(self.annotation, "__origin__", self.annotation)
@@ -75,6 +103,12 @@ class Port:
 
     def number(self, value: Any) -> float:
         """Returns the number of a value for compiled code."""
+        if self.meaning is Meaning.PLACE:
+            return place_code(value)
+        if self.meaning is Meaning.PEOPLE:
+            return people_code(value)
+        if self.base is str and not self.choices:
+            return text_code(value)
         return float(self.choices.index(value) if self.choices else value)
 
     def bounds(self) -> tuple[float, float, bool]:
@@ -86,8 +120,12 @@ class Port:
             return 1.0, 0.0, False
         if self.base is bool:
             return 0.0, 1.0, True
+        if self.meaning in (Meaning.PERSON, Meaning.PEOPLE):
+            return UNSET, sys.float_info.max, False
         low, high = -sys.float_info.max, sys.float_info.max
         for rule in getattr(self.annotation, "__metadata__", ()):
+            if isinstance(rule, Meaning):
+                continue
             if not isinstance(rule, Within):
                 return 1.0, 0.0, False
             low = (

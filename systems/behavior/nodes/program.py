@@ -14,7 +14,7 @@ from hunav_drake.systems.behavior.nodes.operations import (
     TIMEOUT,
     Instruction,
 )
-from hunav_drake.systems.behavior.nodes.port import Constant
+from hunav_drake.systems.behavior.nodes.port import Constant, Meaning, Variable
 from hunav_drake.systems.behavior.nodes.table import PORT, ROW, SLOT, STEP
 
 # The first slot of an action that remembers: 1 while it runs.
@@ -50,6 +50,7 @@ class Program:
         numbers: The number of each port that is a constant.
         steps: The scripts, one after the other: rows of `STEP`.
         halted: The rows of nodes with `_onHalted`, those below first.
+        is_social: Whether any of its leaves is social.
     """
 
     def __init__(
@@ -68,6 +69,7 @@ class Program:
             initial: The memory at the start.
         """
         self.name, self.nodes, self.names = name, nodes, names
+        self.is_social = any(it.type.is_social for it in nodes)
         self._arguments = (name, nodes, names, initial)
         self.leaves: dict[int, LeafFunction] = {
             i: node.type.build(node)
@@ -141,7 +143,10 @@ class Program:
         ports = {} if node.type.build else node.ports
         for name, value in ports.items():
             port = node.type.ports[name]
-            if isinstance(value, Constant):
+            if isinstance(value, Variable) and port.meaning is Meaning.RESULT:
+                self._ports.append(_CONSTANT)
+                self._numbers.append(float(value.slot))
+            elif isinstance(value, Constant):
                 is_any = port.takes_any
                 number = value.number if is_any else port.number(value.value)
                 self._ports.append(_CONSTANT)

@@ -17,6 +17,7 @@ elsewhere, so that a tick depends only on the state and the inputs.
 """
 
 from collections.abc import Callable, Iterable, Mapping
+import dataclasses
 import functools
 import inspect
 import re
@@ -33,7 +34,7 @@ from hunav_drake.systems.behavior.nodes.operations import (
     PYTHON,
     Operation,
 )
-from hunav_drake.systems.behavior.nodes.port import Port
+from hunav_drake.systems.behavior.nodes.port import Meaning, Port
 from hunav_drake.systems.behavior.nodes.program import RUNNING_SLOT
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -50,11 +51,12 @@ ALIASES: Mapping[str, str] = MappingProxyType(
     }
 )
 
-# Ports that have other names in BehaviorTree.CPP 3.
+# Ports that have other names in BehaviorTree.CPP 3, or in HuNavSim 2.
 PORT_ALIASES: Mapping[tuple[str, str], str] = MappingProxyType(
     {
         ("Parallel", "success_threshold"): "success_count",
         ("Parallel", "failure_threshold"): "failure_count",
+        ("StopAndWaitTimerAction", "time_duration"): "wait_duration",
     }
 )
 
@@ -77,6 +79,7 @@ def register_condition(
     *,
     memory: Mapping[str, float] | None = None,
     ignored: Iterable[str] = (),
+    social: bool = False,
     replace: bool = False,
 ) -> Callable[[F], F]:
     """Registers a function as a condition.
@@ -86,6 +89,8 @@ def register_condition(
         memory: The names and initial values of the numbers that the condition
             remembers for as long as the tree lives.
         ignored: Attributes that are accepted and have no effect.
+        social: Whether it takes notice of what people show each other: see
+            `nodes.social`. Only compiled leaves can.
         replace: Whether the name may be that of another leaf, which is then
             forgotten; trees that are loaded already keep it. It is not needed
             for code that runs again: a function of the same module and name,
@@ -96,7 +101,7 @@ def register_condition(
             that of a node of the language; or if the name or a parameter is
             invalid.
     """
-    return _decorator(name, "Condition", memory, ignored, replace)
+    return _decorator(name, "Condition", memory, ignored, social, replace)
 
 
 def register_action(
@@ -104,6 +109,7 @@ def register_action(
     *,
     memory: Mapping[str, float] | None = None,
     ignored: Iterable[str] = (),
+    social: bool = False,
     replace: bool = False,
 ) -> Callable[[F], F]:
     """Registers a function as an action.
@@ -113,12 +119,13 @@ def register_action(
         memory: The names and initial values of the numbers that the action
             remembers. They are reset when the action is halted while RUNNING.
         ignored: Attributes that are accepted and have no effect.
+        social: As for `register_condition`.
         replace: As for `register_condition`.
 
     Raises:
         ValueError: As for `register_condition`.
     """
-    return _decorator(name, "Action", memory, ignored, replace)
+    return _decorator(name, "Action", memory, ignored, social, replace)
 
 
 def _decorator(
@@ -126,6 +133,7 @@ def _decorator(
     category: Category,
     memory: Mapping[str, float] | None,
     ignored: Iterable[str],
+    social: bool,
     replace: bool,
 ) -> Callable[[F], F]:
     if not isinstance(name, str):
@@ -143,6 +151,7 @@ def _decorator(
         node_type = make_leaf_type(
             name, category, function, dict(memory or {}), frozenset(ignored)
         )
+        node_type = dataclasses.replace(node_type, is_social=social)
         existing = _TYPES.get(name)
         is_language = existing is not None and existing.function is None
         if is_language or name in RESERVED or name in ALIASES:
@@ -324,7 +333,11 @@ def _port(
             f"{name}: port {parameter.name} must be annotated as float, int,"
             f" bool, str or a Literal of texts, got {annotation}"
         )
+    port = Port(parameter.name, annotation)
     if parameter.default is parameter.empty:
-        return Port(parameter.name, annotation)
-    default = Port(parameter.name, annotation).check(parameter.default)
-    return Port(parameter.name, annotation, default)
+        return port
+    return dataclasses.replace(
+        port,
+        default=port.check(parameter.default),
+        output=port.meaning is Meaning.RESULT,
+    )

@@ -37,6 +37,8 @@ _FIELDS = (
     *("humans", "num_humans", "robots", "num_robots"),
     # The person: see `Person`. Its commands for each goal, and for none.
     *("commands", "num_goals", "cyclic", "reach", "body_radius", "time_step"),
+    # Whether the person ignores invitations.
+    "ignores",
     *("walls", "walls_size", "hiding", "hiding_size"),
     # The tree: see `Program`. Its memory and the status of its nodes.
     *("rows", "num_rows", "slots", "ports", "numbers", "steps"),
@@ -48,6 +50,12 @@ _FIELDS = (
     # for each robot one, for leaves; and rows of people who stand, see
     # `find_standing`.
     *("scratch", "values", "stack", "distances", "standing", "num_standing"),
+    # What people and robots show each other: rows of `layout.Signal` of all,
+    # as they were in the tick before, or 0; and the row of this person. The
+    # numbers of all people, and the person's own: `SOCIAL_MEMORY`, or 0.
+    *("signals", "signal", "ids", "social"),
+    # Rows of places and of their slots, and of lists of people; see `social`.
+    *("places", "num_places", "slots_of_places", "lists", "num_lists"),
     # Where the walk was interrupted, and why: see `walk`.
     *("person", "row", "slot", "code"),
 )

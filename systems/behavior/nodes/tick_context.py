@@ -1,10 +1,12 @@
 """The tick context: the data that a tree's nodes read and write in a tick."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import math
+from types import MappingProxyType
 from typing import Self
 
+from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
@@ -22,6 +24,26 @@ from hunav_drake.systems.world.ray_cast import ray_cast
 # current goal in the person's list, or the number of goals once none is left.
 GOAL_INDEX = 0
 PERSON_MEMORY = ("goal index",)
+
+# In a tree with social leaves, these follow: the number of ticks so far;
+# whether the person is to stand until further notice; the group instead of the
+# configured one, or `UNSET`; what the person says, to whom, and for how many
+# ticks more; and the seed of all chances.
+SOCIAL_MEMORY: Mapping[str, float] = MappingProxyType(
+    {
+        "ticks": 0.0,
+        "stopped": 0.0,
+        "group": UNSET,
+        "utterance": 0.0,
+        "addressee": -1.0,
+        "ticks to say it": 0.0,
+        "seed, high": 0.0,
+        "seed, low": 0.0,
+    }
+)
+TICKS, STOPPED, GROUP, UTTERANCE, ADDRESSEE, TICKS_LEFT, SEED, _ = range(
+    len(SOCIAL_MEMORY)
+)
 
 Row = list[float]
 
@@ -62,6 +84,7 @@ class Person:
             `Obstacles.table`; None if there are none.
         hiding: The obstacles that the person cannot see through, likewise.
         body_radius: The radius of the body itself, in meters.
+        ignores_invitations: Whether the person never joins others who ask.
     """
 
     index: int
@@ -74,6 +97,7 @@ class Person:
     walls: Array | None = field(default=None, compare=False)
     hiding: Array | None = field(default=None, compare=False)
     body_radius: float = LARGEST_BODY
+    ignores_invitations: bool = False
 
     @classmethod
     def from_config(
@@ -116,6 +140,7 @@ class Person:
             walls=obstacles.table if obstacles else None,
             hiding=sight_obstacles.table if sight_obstacles else None,
             body_radius=human.contact_radius,
+            ignores_invitations=human.invitations == "ignore",
         )
 
 

@@ -18,6 +18,7 @@ from hunav_drake.systems.behavior.nodes.control_flow import (
 )
 from hunav_drake.systems.behavior.nodes.pointers import numbers_at, record_at
 from hunav_drake.systems.behavior.nodes.scripts import halt, row_at, run_script
+from hunav_drake.systems.behavior.nodes.social import begin_signal, end_signal
 from hunav_drake.systems.behavior.nodes.tick import (
     COMMAND_AT,
     STATE_AT,
@@ -104,8 +105,9 @@ def _walk_tree(tick, row, status):
 
 
 @jit_part
-def _begin(tick, words, memory, humans, robots):
+def _begin(tick, words, memory, humans, robots, signals):
     """Prepares the tick of a person; returns whether the person is outside."""
+    tick.signals = signals.ctypes.data if len(signals) else 0
     tick.humans = humans.ctypes.data
     tick.num_humans = len(humans) // STATE_SIZE
     tick.robots = robots.ctypes.data
@@ -128,13 +130,17 @@ def _begin(tick, words, memory, humans, robots):
     statuses = numbers_at(tick.statuses)
     for i in range(tick.num_rows):
         statuses[i] = IDLE
+    if tick.signals != 0:
+        begin_signal(tick, is_outside)
     return is_outside
 
 
 @jit_as(
-    INTEGER, INTEGER, INTEGER, *[VECTOR] * 3, CHANGED_VECTOR, *[INTEGER] * 3
+    INTEGER, INTEGER, INTEGER, *[VECTOR] * 4, CHANGED_VECTOR, *[INTEGER] * 3
 )
-def walk(people, count, memory, humans, robots, work, person, row, status):
+def walk(
+    people, count, memory, humans, robots, signals, work, person, row, status
+):
     """Ticks the trees of people.
 
     Args:
@@ -144,6 +150,8 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
         memory: The memories of all people.
         humans: See `layout`.
         robots: See `layout`.
+        signals: Rows of `layout.Signal` of all people, then of all robots; or
+            empty.
         work: The numbers of the tick, laid out as by `Walk`. It is changed.
         person: The number of the person to begin with.
         row: The row of the node where the walk was interrupted; or -1.
@@ -167,10 +175,14 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
             tick.values += base
             tick.stack += base
             tick.distances += base
+            tick.signal += base
+            if tick.social != 0:
+                # (After the index of the goal.)
+                tick.social = tick.memory + 8
             tick.standing = base + 8 * standing
             tick.num_standing = num_standing
             tick.person = i
-            if not _begin(tick, work, memory, humans, robots):
+            if not _begin(tick, work, memory, humans, robots, signals):
                 _walk_tree(tick, 0, IDLE)
         else:
             tick.code = 0
@@ -178,6 +190,8 @@ def walk(people, count, memory, humans, robots, work, person, row, status):
             row = -1
         if tick.code != 0:
             return tick.code
+        if tick.signals != 0 and (tick.initial == 0 or tick.x != OUTSIDE):
+            end_signal(tick)
         numbers_at(tick.memory)[0] = tick.goal
         commands = TICK_SIZE + len(memory)
         for k in range(COMMAND_SIZE):

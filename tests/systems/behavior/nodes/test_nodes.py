@@ -220,6 +220,15 @@ CASES = [
     ('Timeout msec="300"', "RRS", "R:R/1 R:R/2 S:S/0 R:R/1"),
     ('Timeout msec="0"', "R", "R:R/0 R:R/0"),
     ('Timeout msec="100"', "S", "S:S/0"),
+    # The decorator of HuNavSim 2, and one of ours.
+    ('TimeDelay delay="0.3"', "S", "F:-/1 F:-/2 F:-/3 S:S/3 S:S/3"),
+    (
+        'TimeDelay delay="0.2" again="true"',
+        "RS",
+        "F:-/1 F:-/2 R:R/2 S:S/0 F:-/1",
+    ),
+    ('Cooldown seconds="0.2"', "S", "S:S/2 F:-/1 F:-/0 S:S/2"),
+    ('Cooldown seconds="0.15"', "RF", "R:R/0 F:F/2 F:-/1 F:-/0 R:R/0"),
     # Switch: ticks the child of the case, or the last one.
     ('Switch2 variable="a" case_1="a" case_2="b"', "S F R", "S:S--/0"),
     ('Switch2 variable="b" case_1="a" case_2="b"', "S F R", "F:-F-/0"),

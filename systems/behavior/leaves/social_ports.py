@@ -1,0 +1,28 @@
+"""Types of ports that name people, places and results, and durations."""
+
+from typing import Annotated
+
+from pydantic import StringConstraints
+
+from hunav_drake.systems.behavior.nodes.port import Meaning
+from hunav_drake.systems.common.schema import within
+
+# The number of a person; -1 is nobody, or everybody, or oneself.
+PersonNumber = Annotated[int, within(-1, 2**31 - 1), Meaning.PERSON]
+NOBODY = -1
+
+# Numbers of people, as "2, 3".
+People = Annotated[
+    str,
+    StringConstraints(pattern=r"^\s*\d{1,9}(\s*,\s*\d{1,9})*\s*$"),
+    Meaning.PEOPLE,
+]
+
+# The name or the number of a place.
+PlaceName = Annotated[str, Meaning.PLACE]
+
+# An entry of the blackboard that the leaf sets.
+Result = Annotated[int, Meaning.RESULT]
+NO_RESULT = -1
+
+Seconds = Annotated[float, within(0, 1e9, "s")]

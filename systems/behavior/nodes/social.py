@@ -1,0 +1,254 @@
+"""What people show each other, and other people and places, in compiled leaves.
+
+A leaf that uses this is registered with ``social=True``: its tree then has the
+numbers of `SOCIAL_MEMORY`, and the system has ports for signals.
+"""
+
+import numpy as np
+
+from hunav_drake.systems.behavior.nodes.pointers import (
+    integers_at,
+    numbers_at,
+    vector_at,
+)
+from hunav_drake.systems.behavior.nodes.port import UNSET
+from hunav_drake.systems.behavior.nodes.tick import human_at, robot_at
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    ADDRESSEE,
+    GROUP,
+    SEED,
+    STOPPED,
+    TICKS,
+    TICKS_LEFT,
+    UTTERANCE,
+)
+from hunav_drake.systems.common.kernels import jit_inline, jit_part
+from hunav_drake.systems.common.layout import (
+    MAX_PARTNERS,
+    SIGNAL_SIZE,
+    SILENT,
+    Hold,
+    Signal,
+)
+from hunav_drake.systems.world.ray_cast import ray_cast
+
+# A row of places: the two numbers by which it is named, and its pose in W.
+PLACE_SIZE = 5
+# A row of lists of people: the number of the list, how many, and their rows.
+LIST_SIZE = 2 + MAX_PARTNERS
+
+# The purposes of draws.
+CHANCE, DURATION, CHOICE = 4, 5, 6
+
+# Codes of a gaze: along the yaw, and at a point.
+AHEAD, AT_POINT = -1.0, -2.0
+
+# (Compiled code knows them as numbers.)
+_GAZE, _X, _Y = int(Signal.GAZE), int(Signal.GAZE_X), int(Signal.GAZE_Y)
+_STAND = float(Hold.STAND)
+_SILENT = np.array(SILENT)
+_SAID, _TO = int(Signal.UTTERANCE), int(Signal.TO)
+_ACTIVITY, _SINCE = int(Signal.ACTIVITY), int(Signal.SINCE)
+_PLACE, _SLOT = int(Signal.PLACE), int(Signal.SLOT)
+
+
+@jit_inline
+def signal_of(tick, index):
+    """Returns the row of `social_signals` of a person, or of a robot.
+
+    It is from the tick before; robots come after the people.
+    """
+    return numbers_at(tick.signals + 8 * SIGNAL_SIZE * index)
+
+
+@jit_inline
+def own_signal(tick):
+    """Returns the person's row of `social_signals`, to be changed."""
+    return numbers_at(tick.signal)
+
+
+@jit_inline
+def social_memory(tick):
+    """Returns the person's own numbers: see `SOCIAL_MEMORY`."""
+    return numbers_at(tick.social)
+
+
+@jit_part
+def body_at(tick, index):
+    """Returns the state of a person, or of a robot after the people."""
+    if index < tick.num_humans:
+        return human_at(tick, index)
+    return robot_at(tick, index - tick.num_humans)
+
+
+@jit_inline
+def is_clear(tick, one, other):
+    """Returns whether no wall is between the centers of two bodies."""
+    hiding = vector_at(tick.hiding, tick.hiding_size)
+    return ray_cast(one.x, one.y, other.x, other.y, hiding) > 1
+
+
+@jit_part
+def row_of(tick, number):
+    """Returns the row of the person with a number, or -1."""
+    ids = integers_at(tick.ids)
+    for i in range(tick.num_humans):
+        if ids[i] == number:
+            return i
+    return -1
+
+
+@jit_part
+def place_of(tick, code):
+    """Returns the row of a place, by its `place_code`, or -1."""
+    for i in range(tick.num_places):
+        row = numbers_at(tick.places + 8 * PLACE_SIZE * i)
+        if row[0] == code or row[1] == code:
+            return i
+    return -1
+
+
+@jit_inline
+def pose_of(tick, place):
+    """Returns the pose (x, y, yaw) of a place in W."""
+    row = numbers_at(tick.places + 8 * PLACE_SIZE * place)
+    return row[2], row[3], row[4]
+
+
+@jit_part
+def people_in(tick, code):
+    """Returns the rows of several people, given the value of a port.
+
+    That is the number of a person or of a list: see `people_code`.
+    """
+    found = np.empty(MAX_PARTNERS, np.int64)
+    count = 0
+    if code >= 0:
+        row = row_of(tick, code)
+        if row >= 0:
+            found[0] = row
+            count = 1
+        return found[:count]
+    for i in range(tick.num_lists):
+        people = numbers_at(tick.lists + 8 * LIST_SIZE * i)
+        if people[0] == code:
+            count = int(people[1])
+            for k in range(count):
+                found[k] = np.int64(people[2 + k])
+            break
+    return found[:count]
+
+
+@jit_inline
+def give_result(tick, slot, value):
+    """Sets the entry of a result, by the value of its port."""
+    if slot >= 0:
+        numbers_at(tick.memory)[np.int64(slot)] = value
+
+
+@jit_inline
+def say(tick, utterance, addressee, ticks):
+    """Says something for a number of ticks, this one included."""
+    memory = social_memory(tick)
+    memory[UTTERANCE] = utterance
+    memory[ADDRESSEE] = addressee
+    memory[TICKS_LEFT] = ticks - 1
+    own = own_signal(tick)
+    own[_SAID] = utterance
+    own[_TO] = addressee
+
+
+@jit_inline
+def look_at(tick, target, x, y):
+    """Shows a gaze: at a row code, or `AT_POINT`."""
+    own = own_signal(tick)
+    own[_GAZE] = target
+    own[_X] = x
+    own[_Y] = y
+
+
+@jit_part
+def show_activity(tick, activity, place, slot):
+    """Shows an activity, perhaps at a place, since the tick it began."""
+    own, before = own_signal(tick), signal_of(tick, tick.index)
+    own[_ACTIVITY] = activity
+    own[_PLACE] = place
+    own[_SLOT] = slot
+    goes_on = before[_ACTIVITY] == activity and before[_PLACE] == place
+    own[_SINCE] = before[_SINCE] if goes_on else ticks_of(tick)
+
+
+@jit_inline
+def ticks_of(tick):
+    """Returns the number of ticks of the tree before this one."""
+    return social_memory(tick)[TICKS] if tick.social != 0 else 0.0
+
+
+@jit_inline
+def mixed(number):
+    """Returns 64 bits mixed from 64 others: SplitMix64."""
+    number = number + np.uint64(0x9E3779B97F4A7C15)
+    number = (number ^ (number >> np.uint64(30))) * np.uint64(
+        0xBF58476D1CE4E5B9
+    )
+    number = (number ^ (number >> np.uint64(27))) * np.uint64(
+        0x94D049BB133111EB
+    )
+    return number ^ (number >> np.uint64(31))
+
+
+@jit_part
+def uniform(high, low, person, purpose, node, step):
+    """Returns a number in [0, 1) that follows from the arguments alone.
+
+    Args:
+        high: The upper half of the seed: see `seed_to_halves`.
+        low: The lower half.
+        person: The number of the person.
+        purpose: What it is drawn for.
+        node: The row of the leaf.
+        step: The tick.
+    """
+    bits = np.uint64(high) * np.uint64(2**32) + np.uint64(low)
+    bits = mixed(bits)
+    for each in (person, purpose, node, np.int64(step)):
+        bits = mixed(bits ^ np.uint64(each))
+    return np.float64(bits >> np.uint64(11)) / 2.0**53
+
+
+@jit_part
+def draw(tick, purpose):
+    """Returns the number in [0, 1) that a leaf draws in this tick."""
+    memory = social_memory(tick)
+    person = integers_at(tick.ids)[tick.index]
+    high, low = memory[SEED], memory[SEED + 1]
+    return uniform(high, low, person, purpose, tick.row, memory[TICKS])
+
+
+@jit_part
+def begin_signal(tick, is_outside):
+    """Begins the row of a person: silent, or going on to say something."""
+    own = own_signal(tick)
+    for i in range(SIGNAL_SIZE):
+        own[i] = _SILENT[i]
+    if tick.social == 0 or is_outside:
+        return
+    memory = social_memory(tick)
+    if memory[TICKS_LEFT] > 0:
+        memory[TICKS_LEFT] -= 1
+        own[_SAID] = memory[UTTERANCE]
+        own[_TO] = memory[ADDRESSEE]
+    if memory[GROUP] != UNSET:
+        tick.group_id = memory[GROUP]
+
+
+@jit_part
+def end_signal(tick):
+    """Ends the tick of a person who has social leaves."""
+    if tick.social == 0:
+        return
+    memory = social_memory(tick)
+    memory[TICKS] += 1
+    if memory[STOPPED] != 0:
+        tick.hold = _STAND
+        tick.turn_rate = 0.0
