@@ -69,6 +69,10 @@ _CLOSING, _AHEAD = 1.0, 0.5
 # person, comes.
 _COMING = 0.1
 
+# A person who is nearly far enough flees at this speed, in m/s, or as fast as it
+# would be there in the time, in seconds.
+_SLOWLY, _SOON = 0.3, 0.5
+
 # How far a person flees at a time, the room that this takes, and the distance
 # beyond which it is enough, in meters.
 _FLIGHT, _ROOM, _FAR_ENOUGH = 2.0, 1.0, 0.3
@@ -117,8 +121,8 @@ def _approach(tick, it, closest, speed, turn_rate):
         stand(tick)
         face(tick, it.x, it.y, turn_rate)
         return True
-    speed = min(speed, tick.max_speed)
-    walk_to(tick, it.x, it.y, speed * away / (away + closest))
+    speed = min(speed * away / (away + closest), tick.max_speed)
+    walk_to(tick, it.x, it.y, speed)
     return False
 
 
@@ -329,7 +333,9 @@ def avoid_robot(
         own[1] = 0.0
     if own[1] != 0:
         show_activity(tick, _FLEE, -1, -1)
-        _flee(tick, it, min(runaway_vel, tick.max_speed))
+        left = safe_distance + _FAR_ENOUGH - away
+        speed = min(runaway_vel, tick.max_speed)
+        _flee(tick, it, min(speed, max(_SLOWLY, left / _SOON)))
     elif int(then) == 0:
         stand(tick)
         face(tick, it.x, it.y, turn_rate)

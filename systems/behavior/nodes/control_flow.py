@@ -318,8 +318,10 @@ def resume(tick, row, child, status):
             memory[node.first] = 0.0
         return -status
     if operation == op.COOLDOWN:
-        if status in (SUCCESS, FAILURE):
+        gives_up = status == FAILURE and memory[node.first + 1] != 0
+        if status == SUCCESS or gives_up:
             memory[node.first] = scratch[0]
+        memory[node.first + 1] = status == RUNNING
         return -status
     if operation in (op.IF, op.WHILE):
         return _branch(tick, row, child, status)

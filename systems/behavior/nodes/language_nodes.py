@@ -181,13 +181,14 @@ LANGUAGE_NODES = (
         slot="steps",
         kept=("steps",),
     ),
-    _decorator(
-        "Cooldown",
-        "Fails for some simulated time after its child has completed.",
+    _node(
+        *("Decorator", "Cooldown"),
+        "Fails for some simulated time after its child succeeds or gives up.",
         op.COOLDOWN,
         ports=(Port("seconds", _SECONDS),),
-        slot="steps left",
+        slots={"steps left": 0.0, "runs": 0.0},
         kept=("steps left",),
+        children=(1, 1),
     ),
     _node("Action", "AlwaysSuccess", "Succeeds.", op.GIVE, SUCCESS),
     _node("Action", "AlwaysFailure", "Fails.", op.GIVE, FAILURE),

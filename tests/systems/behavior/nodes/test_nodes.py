@@ -227,8 +227,13 @@ CASES = [
         "RS",
         "F:-/1 F:-/2 R:R/2 S:S/0 F:-/1",
     ),
-    ('Cooldown seconds="0.2"', "S", "S:S/2 F:-/1 F:-/0 S:S/2"),
-    ('Cooldown seconds="0.15"', "RF", "R:R/0 F:F/2 F:-/1 F:-/0 R:R/0"),
+    ('Cooldown seconds="0.2"', "S", "S:S/2,0 F:-/1,0 F:-/0,0 S:S/2,0"),
+    (
+        'Cooldown seconds="0.15"',
+        "RF",
+        "R:R/0,1 F:F/2,0 F:-/1,0 F:-/0,0 R:R/0,1",
+    ),
+    ('Cooldown seconds="0.2"', "FFS", "F:F/0,0 F:F/0,0 S:S/2,0 F:-/1,0"),
     # Switch: ticks the child of the case, or the last one.
     ('Switch2 variable="a" case_1="a" case_2="b"', "S F R", "S:S--/0"),
     ('Switch2 variable="b" case_1="a" case_2="b"', "S F R", "F:-F-/0"),
