@@ -34,6 +34,7 @@ from hunav_drake.systems.people.behavior_choice import (
 )
 from hunav_drake.systems.people.human_config import STAND_IN, HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
+from hunav_drake.systems.people.places import complete_places
 from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
 from hunav_drake.systems.people.tracks import Track
@@ -404,8 +405,42 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
             if len(known) == _MAX_UNKNOWN:
                 return
             known[key] = list(_behavior_faults(behavior, profile))
+            if not known[key]:
+                known[key] = list(_named_faults(scenario, whole, behavior))
         for loc, message in known[key]:
             yield Finding((*whole, *loc), message, uses=(whole,))
+
+
+def _named_faults(
+    scenario: Scenario, whole: Loc, behavior: str | BehaviorConfig
+) -> Iterator[tuple[Loc, str]]:
+    """Yields the first person or place that a tree names, and is not there."""
+    from hunav_drake.systems.behavior import BehaviorTreeError, LoadBehavior
+    from hunav_drake.systems.behavior.society import check_named
+
+    population = scenario.population
+    is_known = not (population.cohorts or population.sources)
+    ids = [it.id for it in scenario.humans if it.id is not None]
+    kind, i, *_ = whole
+    own = ids[int(i)] if kind == "humans" else None
+    try:
+        places = complete_places(scenario.places)
+    except ValueError:
+        # (That is told by itself.)
+        return
+    try:
+        tree = LoadBehavior(behavior, profile=scenario.crowd.profile)
+        check_named(tree, own, ids if is_known else None, places)
+    except BehaviorTreeError as error:
+        yield (), str(error)
+
+
+def check_places(scenario: Scenario) -> Iterator[Finding]:
+    """Finds places of the same name or number."""
+    try:
+        complete_places(scenario.places)
+    except ValueError as error:
+        yield Finding(("places",), str(error))
 
 
 def _behaviors(
@@ -506,6 +541,7 @@ def check_bodies(scenario: Scenario) -> Iterator[Finding]:
 # Checks that need neither the geometry of the world nor what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
     check_people,
+    check_places,
     check_epsilon,
     check_jitter,
     check_bodies,

@@ -24,6 +24,7 @@ from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import name_people
+from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.planning.planner import PLANNERS, PlannerConfig
 from hunav_drake.systems.robot.robot_config import ROBOTS, RobotConfig
@@ -114,6 +115,10 @@ class Scenario:
 
     crowd: CrowdConfig = field(default_factory=CrowdConfig)
     """Motion model of the people, and how they perceive the world."""
+
+    places: list[Place] = field(default_factory=list)
+    """Places that behavior trees name, as with `goal_id` of `GoTo`. A place
+    without a name or a number gets "place_1", "place_2", ... and 1, 2, ..."""
 
     humans: list[HumanConfig] = field(default_factory=list)
     """People, one by one. A person without a name or a number gets the next

@@ -124,6 +124,7 @@ def AddPeople(
         time_step=simulation.time_step,
         start_jitter=simulation.start_jitter,
         seed=simulation.seed,
+        places=scenario.places,
         traffic=traffic,
     )
 

@@ -25,6 +25,9 @@ from hunav_drake.trial.context_layout import (
 
 _FORMAT = "hunav_drake context 3"
 
+# The part of the state of a behavior tree that is its memory.
+_MEMORY = "discrete/0"
+
 # Modules of systems whose numbers are in SI units, within a recording's limits.
 _OWN = ("hunav_drake.", "pydrake.systems.primitives")
 
@@ -228,7 +231,10 @@ def _check_values(
     """
     try:
         if isinstance(system, BehaviorTree):
-            system.CheckMemory(values)
+            if name == _MEMORY:
+                system.CheckMemory(values)
+            else:
+                system.CheckSignals(values)
             default = np.full(values.shape, np.nan)
         bad = np.flatnonzero(~np.isfinite(values) & np.isfinite(default))
         if bad.size:

@@ -31,6 +31,7 @@ from hunav_drake.systems.common.layout import (
     SIGNAL_SIZE,
     SILENT,
     STATE_SIZE,
+    Signal,
 )
 from hunav_drake.systems.common.ports import (
     DeclareRobotStates,
@@ -43,6 +44,9 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.people.places import Place, complete_places
 from hunav_drake.systems.world.obstacles import Obstacles
+
+# The elements of a signal that tell whom it is about.
+_WHO = (Signal.TO, Signal.GAZE, Signal.HOST)
 
 # The seed in the memory of a tree with social leaves.
 _SEED = slice(len(PERSON_MEMORY) + SEED, len(PERSON_MEMORY) + SEED + 2)
@@ -188,7 +192,7 @@ class BehaviorTree(LeafSystem):
         )
         # The place of each person among those that are ticked.
         self._places = {row: place for place, row in enumerate(rows)}
-        self._num_robots = num_robots
+        self._num_robots, self._num_humans = num_robots, n
         self._no_robots = np.zeros(0)
 
         self._human_states = self.DeclareVectorInputPort(
@@ -277,6 +281,26 @@ class BehaviorTree(LeafSystem):
             self._trees, self._people, self._walk.memories, strict=True
         ):
             tree.check_memory(person, numbers[own])
+
+    def CheckSignals(self, signals: ArrayLike) -> None:
+        """Checks that numbers can be the signals of this system.
+
+        Raises:
+            ValueError: If one is not finite, or names nobody who is here.
+        """
+        rows = np.asarray(signals, dtype=float).reshape(-1, SIGNAL_SIZE)
+        bodies = self._num_humans + self._num_robots
+        for which in (*_WHO, *range(Signal.PARTNER_1, Signal.PARTNER_6 + 1)):
+            least = -2 if which == Signal.GAZE else -1
+            codes = rows[:, which]
+            bad = ~((codes >= least) & (codes < bodies) & (codes % 1 == 0))
+            if bad.any():
+                raise ValueError(
+                    f"{Signal(which).name} must be a whole number in"
+                    f" [{least}, {bodies}), got {codes[bad][0]}"
+                )
+        if not np.isfinite(rows).all():
+            raise ValueError("signals must be finite numbers")
 
     def get_human_states_input_port(self) -> InputPort:
         """Returns the port with the states of the people."""

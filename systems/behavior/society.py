@@ -1,6 +1,6 @@
 """What social leaves know of everybody: numbers of people, and places."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -65,19 +65,12 @@ class Society:
         rows = {number: row for row, number in enumerate(ids)}
         lists: dict[float, list[float]] = {}
         for tree, person in zip(trees, people, strict=True):
-            for node, name, value in _named(tree):
-                meaning = node.type.ports[name].meaning
-                if meaning is Meaning.PLACE:
-                    _check_place(node, name, value, places)
-                    continue
-                numbers = (
-                    people_of(value) if meaning is Meaning.PEOPLE else (value,)
-                )
-                _check_people(node, name, numbers, person, rows)
+            check_named(tree, person.id, rows, places)
+            for _, _, numbers in _named(tree, Meaning.PEOPLE):
                 if len(numbers) > 1:
                     own = [rows[number] for number in numbers]
                     own += [-1] * (MAX_PARTNERS - len(own))
-                    code = people_code(value)
+                    code = people_code(", ".join(map(str, numbers)))
                     lists[code] = [code, len(numbers), *own]
         return cls(
             np.array(ids, dtype=np.int64),
@@ -92,49 +85,67 @@ class Society:
         )
 
 
-def _named(tree: _HasNodes) -> Iterator[tuple[Node, str, Any]]:
-    """Yields the ports of nodes that name people or places, and what."""
-    for node in tree.nodes:
-        for name, value in node.ports.items():
-            meaning = node.type.ports[name].meaning
-            if not isinstance(value, Constant) or value.value in (-1, ""):
-                continue
-            if meaning not in (None, Meaning.RESULT):
-                yield node, name, value.value
-
-
-def _check_place(
-    node: Node, port: str, name: str, places: Sequence[Place]
+def check_named(
+    tree: _HasNodes,
+    own: int | None,
+    ids: Container[int] | None,
+    places: Sequence[Place],
 ) -> None:
+    """Checks that people and places that a tree names are there.
+
+    Args:
+        tree: The tree.
+        own: The number of the person that ticks it, if it is known.
+        ids: The numbers of all people; None if they are not known yet.
+        places: All places, with names and numbers.
+
+    Raises:
+        BehaviorTreeError: If a person or place is not there.
+    """
     names = [it.name for it in places]
-    if name.strip() not in (*names, *(f"{it.id}" for it in places)):
-        raise node.error(
-            f"port {port}: there is no place {name.strip()!r}"
-            f"{did_you_mean(name, names)}; add it to places"
-        )
+    known = {*names, *(f"{it.id}" for it in places)}
+    for node, port, (name,) in _named(tree, Meaning.PLACE):
+        if name.strip() not in known:
+            raise node.error(
+                f"port {port}: there is no place {name.strip()!r}; add it to"
+                f" places{did_you_mean(name, names)}"
+            )
+    for meaning in (Meaning.PERSON, Meaning.PEOPLE):
+        for node, port, numbers in _named(tree, meaning):
+            if ids is not None:
+                _check_people(node, port, numbers, ids)
+            if len(numbers) > MAX_PARTNERS or len(set(numbers)) < len(numbers):
+                raise node.error(
+                    f"port {port}: must be at most {MAX_PARTNERS} different"
+                    f" numbers, got {len(numbers)}"
+                )
+            if meaning is Meaning.PEOPLE and own in numbers:
+                raise node.error(
+                    f"port {port}: must be numbers of others, got {own}, the"
+                    " person's own"
+                )
 
 
 def _check_people(
-    node: Node,
-    port: str,
-    numbers: Sequence[int],
-    person: Person,
-    rows: dict[int, int],
+    node: Node, port: str, numbers: Sequence[int], ids: Container[int]
 ) -> None:
     for number in numbers:
-        if number not in rows:
-            known = ", ".join(map(str, [*rows][:10]))
+        if number not in ids:
             raise node.error(
-                f"port {port}: nobody has the number {number}; there"
-                f" {'are' if len(rows) > 1 else 'is'} {known}"
+                f"port {port}: nobody has the number {number}; give one of a"
+                " person's `id`, by default 1, 2, ... in order"
             )
-    if len(numbers) > MAX_PARTNERS or len(set(numbers)) < len(numbers):
-        raise node.error(
-            f"port {port}: must be at most {MAX_PARTNERS} different numbers,"
-            f" got {len(numbers)}"
-        )
-    if port == "main_agent_id" and numbers != (person.id,):
-        raise node.error(
-            f"port {port}: must be the person's own number {person.id}, as a"
-            f" tree moves its own person only, got {numbers[0]}"
-        )
+
+
+def _named(
+    tree: _HasNodes, meaning: Meaning
+) -> Iterator[tuple[Node, str, tuple[Any, ...]]]:
+    """Yields the constants of ports that name something, with their nodes."""
+    for node in tree.nodes:
+        for name, value in node.ports.items():
+            if node.type.ports[name].meaning is not meaning:
+                continue
+            if isinstance(value, Constant) and value.value not in (-1, ""):
+                several = meaning is Meaning.PEOPLE
+                given = value.value
+                yield node, name, people_of(given) if several else (given,)

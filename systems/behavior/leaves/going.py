@@ -69,8 +69,8 @@ _CLOSING, _AHEAD = 1.0, 0.5
 # person, comes.
 _COMING = 0.1
 
-# A person who is nearly far enough flees at this speed, in m/s, or as fast as it
-# would be there in the time, in seconds.
+# A person who is nearly far enough flees at this speed, in m/s, or as fast as
+# it takes to be there in the time, in seconds.
 _SLOWLY, _SOON = 0.3, 0.5
 
 # How far a person flees at a time, the room that this takes, and the distance

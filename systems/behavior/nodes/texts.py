@@ -4,22 +4,24 @@ import functools
 import hashlib
 
 # The numbers of words that the number of a text can tell.
-WORDS = 1024
+WORDS = 64
 
 
 @functools.lru_cache(maxsize=4096)
 def text_code(text: str) -> float:
-    """Returns the number of a text: whole, above 0, and below 2^52.
+    """Returns the number of a text: whole, above 0, and below 2^33.
 
     It follows from the text alone, so that trees, and robots, need no common
-    table. Its remainder by `WORDS` is the number of words, at most 1023. An
+    table. Its remainder by `WORDS` is the number of words, at most 63. An
     empty text has the number 0.
     """
     if not text:
         return 0.0
     digest = hashlib.sha256(text.encode()).digest()
     words = min(len(text.split()), WORDS - 1)
-    return float((int.from_bytes(digest[:5]) or 1) * WORDS + words)
+    # (27 bits of it.)
+    bits = int.from_bytes(digest[:4]) >> 5
+    return float((bits or 1) * WORDS + words)
 
 
 def place_code(name: str) -> float:
