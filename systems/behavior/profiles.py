@@ -12,6 +12,8 @@ from hunav_drake.systems.people.profile import ProfileName
 
 _FOLDER = Path(__file__).resolve().parent
 _TREES, _HUNAVSIM_TREES = _FOLDER / "trees", _FOLDER / "hunavsim"
+# Parts of trees, for users' trees.
+_BLOCKS = _FOLDER / "blocks"
 
 # The behaviors of HuNavSim.
 _ORIGINAL = (
@@ -46,7 +48,7 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
-_DEFAULT = BehaviorSet(BEHAVIORS, (_TREES,), lambda: NODE_TYPES)
+_DEFAULT = BehaviorSet(BEHAVIORS, (_TREES, _BLOCKS), lambda: NODE_TYPES)
 # The scared were pushed less, but by stronger forces of the robot, too.
 _OLD = {**BEHAVIORS, "scared": _FOLDER / "version_0_1" / "scared.xml"}
 
@@ -56,7 +58,7 @@ _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
         "hunav_drake_0.1": _DEFAULT._replace(files=_OLD),
         "hunavsim": BehaviorSet(
             {**BEHAVIORS, **_HUNAVSIM},
-            (_HUNAVSIM_TREES, _TREES),
+            (_HUNAVSIM_TREES, _TREES, _BLOCKS),
             hunavsim_node_types,
         ),
     }

@@ -116,12 +116,12 @@ class Port:
 
         After them comes whether they must be whole. Of texts none surely fits.
         """
+        if self.meaning in (Meaning.PERSON, Meaning.PEOPLE):
+            return UNSET, sys.float_info.max, False
         if self.base is str:
             return 1.0, 0.0, False
         if self.base is bool:
             return 0.0, 1.0, True
-        if self.meaning in (Meaning.PERSON, Meaning.PEOPLE):
-            return UNSET, sys.float_info.max, False
         low, high = -sys.float_info.max, sys.float_info.max
         for rule in getattr(self.annotation, "__metadata__", ()):
             if isinstance(rule, Meaning):
