@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.behavior import BehaviorTree, LoadBehaviors
+from hunav_drake.systems.behavior.society import SocialOptions
 from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.common.ports import JoinPorts
 from hunav_drake.systems.common.suggest import did_you_mean
@@ -206,9 +207,11 @@ def MakeHumans(
                 time_step=time_step,
                 obstacles=obstacles,
                 sight_obstacles=hiding,
-                places=options.get("places", ()),
-                social=is_social,
-                seed=options.get("seed", 0),
+                social=SocialOptions(
+                    places=options.get("places", ()),
+                    signals=is_social,
+                    seed=options.get("seed", 0),
+                ),
             ),
         )
         for name, rows in rows_of.items()

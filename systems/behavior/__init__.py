@@ -15,14 +15,17 @@ from hunav_drake.systems.behavior.library import (
     ParseTree,
 )
 from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
+from hunav_drake.systems.behavior.nodes.port import Meaning
 from hunav_drake.systems.behavior.nodes.registry import (
     NODE_TYPES,
     register_action,
     register_condition,
 )
 from hunav_drake.systems.behavior.nodes.status import NodeStatus
+from hunav_drake.systems.behavior.nodes.texts import text_code
 from hunav_drake.systems.behavior.nodes.tick_context import Person, TickContext
 from hunav_drake.systems.behavior.render import RenderBehaviorTree, TreeDrawing
+from hunav_drake.systems.behavior.society import SocialOptions
 from hunav_drake.systems.behavior.tree import Outcome, Tree
 from hunav_drake.systems.behavior.writer import ConvertTree, WriteTree
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
@@ -38,11 +41,13 @@ __all__ = [
     "LoadBehavior",
     "LoadBehaviors",
     "LoadTree",
+    "Meaning",
     "NodeStatus",
     "Outcome",
     "ParseTree",
     "Person",
     "RenderBehaviorTree",
+    "SocialOptions",
     "TickContext",
     "Tree",
     "TreeDrawing",
@@ -51,5 +56,6 @@ __all__ = [
     "WriteTree",
     "register_action",
     "register_condition",
+    "text_code",
     "tree_fingerprint",
 ]

@@ -21,7 +21,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     SEED,
     Person,
 )
-from hunav_drake.systems.behavior.society import Society
+from hunav_drake.systems.behavior.society import SocialOptions, Society
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
@@ -42,7 +42,7 @@ from hunav_drake.systems.common.ports import (
 from hunav_drake.systems.common.random_streams import check_seed, seed_to_halves
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
-from hunav_drake.systems.people.places import Place, complete_places
+from hunav_drake.systems.people.places import complete_places
 from hunav_drake.systems.world.obstacles import Obstacles
 
 # The elements of a signal that tell whom it is about.
@@ -114,9 +114,7 @@ class BehaviorTree(LeafSystem):
         time_step: float = 0.05,
         obstacles: Obstacles | None = None,
         sight_obstacles: Obstacles | None = None,
-        places: Sequence[Place] = (),
-        social: bool | None = None,
-        seed: int = 0,
+        social: SocialOptions | None = None,
     ) -> None:
         """Constructs a BehaviorTree.
 
@@ -132,12 +130,7 @@ class BehaviorTree(LeafSystem):
                 default.
             sight_obstacles: The obstacles that people cannot see through; by
                 default, ``obstacles``, however low.
-            places: The places that trees name; those without a name or number
-                get one.
-            social: Whether there are signals; by default, if a tree has social
-                leaves.
-            seed: The seed in the default Context, in [0, 2^63), of what people
-                do by chance.
+            social: What trees with social leaves need to know.
 
         Raises:
             BehaviorTreeError: If a tree names a person or place that is not
@@ -174,16 +167,14 @@ class BehaviorTree(LeafSystem):
             np.array(tree.initial_memory(person))
             for tree, person in zip(trees, self._people, strict=True)
         ]
-        self._is_social = any(it.is_social for it in trees)
-        self._seed = check_seed(seed)
+        social = social or SocialOptions()
         for tree, memory in zip(trees, memories, strict=True):
             if tree.is_social:
-                memory[_SEED] = seed_to_halves(seed)
+                memory[_SEED] = seed_to_halves(check_seed(social.seed))
         society = None
-        if self._is_social if social is None else social:
-            society = Society.of(
-                trees, self._people, ids, complete_places(places)
-            )
+        if social.signals or any(it.is_social for it in trees):
+            places = complete_places(social.places)
+            society = Society.of(trees, self._people, ids, places)
         self._walk = Walk(
             [tree.program for tree in trees],
             self._people,

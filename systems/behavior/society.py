@@ -27,6 +27,24 @@ class _HasNodes(Protocol):
     nodes: tuple[Node, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class SocialOptions:
+    """What trees with social leaves need to know.
+
+    Attributes:
+        places: The places that they name; those without a name or number get
+            one.
+        signals: Whether there are ports for signals also if no tree of the
+            system has social leaves.
+        seed: The seed in the default Context, in [0, 2^63), of what people do
+            by chance.
+    """
+
+    places: Sequence[Place] = ()
+    signals: bool = False
+    seed: int = 0
+
+
 @dataclass(frozen=True, eq=False)
 class Society:
     """What the social leaves of trees know, in tables for compiled code.

@@ -44,10 +44,11 @@ _OURS = re.compile(rb"<world\b|<include\b|<mesh\b|<actor\b")
 # Models of the simulator: here, a trial has a floor, and views have light.
 _SCENERY = ("sun", "ground_plane", "ground plane")
 
-# The largest number of files in each other, of models in each other, and of
-# shapes or models.
+# The largest number of files in each other, of models in each other, of models
+# and of shapes.
 _DEEPEST = 30
 _DEEPEST_MODEL = 100
+_MOST_MODELS = 10_000
 _MOST = 50_000
 
 # The farthest that something may be, and the range of sizes with the scale of
@@ -358,6 +359,7 @@ class _Reader:
     skipped: Counter[str] = field(default_factory=Counter)
     movable: list[str] = field(default_factory=list)
     files: dict[Path, Element] = field(default_factory=dict)
+    included: dict[tuple[str, Path], Path] = field(default_factory=dict)
     count: int = 0
 
     def read(self) -> GazeboFile:
@@ -499,12 +501,13 @@ class _Reader:
         ends = re.split(r"[/\\]", unquote(uri).rstrip("/").lower())[-2:]
         if not set(ends).isdisjoint(_SCENERY):
             return None
+        key = uri, include.path.parent
         try:
-            folder = self.folders.find(uri, include.path.parent)
-            path = model_file(folder)
+            if key not in self.included:
+                self.included[key] = model_file(self.folders.find(*key))
         except (OSError, ValueError) as error:
             raise _Missing(f"{include.place()}: <include>: {error}") from error
-        sdf = self._open(path, include.above)
+        sdf = self._open(self.included[key], include.above)
         for kind in ("model", "actor", "light"):
             for found in sdf.children(kind):
                 if kind == "model":
@@ -529,9 +532,9 @@ class _Reader:
         inner: dict[str, _Source] = {}
         name = name or model.name
         self.count += 1
-        if name.count("::") > _DEEPEST_MODEL or self.count > _MOST:
+        if name.count("::") > _DEEPEST_MODEL or self.count > _MOST_MODELS:
             raise model.fault(
-                f"the file must have at most {_MOST} models, and"
+                f"the file must have at most {_MOST_MODELS} models, and"
                 f" {_DEEPEST_MODEL} in each other; split it"
             )
         if not isinstance(state, _Source):

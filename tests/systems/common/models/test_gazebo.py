@@ -635,7 +635,7 @@ DAMAGED = {
             for i in range(9)
         }
         | {"models/a9/model.sdf": sdf('<model name="m"/>')},
-        "must have at most 50000 models",
+        "must have at most 10000 models",
     ),
     "models in models": (
         world(include("models/a0")),
