@@ -53,8 +53,6 @@ ALLOWED = {
     "X @ _placement(model, it).inverse()": POSES,
     "X @ _placement(model, posed).inverse()": POSES,
     "X_WM @ frames.resolve(*posed.pose(), posed)": POSES,
-    "X_WM @ own.resolve(RigidTransform(), placement, model).inverse()": POSES,
-    "X_WM @ top.pose()[0]": POSES,
     "X_WM @ frames.pose_of(link.name)": POSES,
     "X_WL @ X_LG": POSES,
     "X_WM @ part.X_WG": POSES,
