@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.behavior.nodes.node import Node
 from hunav_drake.systems.behavior.nodes.port import Constant, Meaning
-from hunav_drake.systems.behavior.nodes.social import LIST_SIZE, PLACE_SIZE
+from hunav_drake.systems.behavior.nodes.social import LIST_SIZE
 from hunav_drake.systems.behavior.nodes.texts import (
     people_code,
     people_of,
     place_code,
     text_code,
 )
+from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE
 from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import MAX_PARTNERS

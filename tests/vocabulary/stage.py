@@ -8,7 +8,12 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from hunav_drake import HumanConfig, MakeHumans
-from hunav_drake.systems.common.layout import SIGNAL_SIZE, STATE_SIZE, Signal
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    SIGNAL_SIZE,
+    STATE_SIZE,
+    Signal,
+)
 from hunav_drake.systems.people.places import Place
 
 DT = 0.05
@@ -99,17 +104,30 @@ class Stage:
     def signal(self, index: int, which: Signal) -> float:
         return self.signals[index, which]
 
-    def statuses(self, index: int) -> dict[str, int]:
-        """Returns the status of a person's nodes in this tick, by name."""
-        name, own = f"behavior_{index}", index
+    def _trees(self, index: int):
+        """Returns the system that ticks a person's tree."""
+        name = f"behavior_{index}"
         if not self.diagram.HasSubsystemNamed(name):
             name = "behaviors"
-        system = self.diagram.GetSubsystemByName(name)
+        return self.diagram.GetSubsystemByName(name)
+
+    def command(self, index: int) -> np.ndarray:
+        """Returns the command of a person: see `layout.Command`."""
+        system = self._trees(index)
+        commands = system.GetOutputPort("commands").Eval(
+            system.GetMyContextFromRoot(self.context)
+        )
+        rows = commands.reshape(-1, COMMAND_SIZE)
+        return rows[index if len(rows) > 1 else 0]
+
+    def statuses(self, index: int) -> dict[str, int]:
+        """Returns the status of a person's nodes in this tick, by name."""
+        system = self._trees(index)
         values = system.EvalNodeStatus(
-            system.GetMyContextFromRoot(self.context), own
+            system.GetMyContextFromRoot(self.context), index
         )
         trees = system.trees()
-        nodes = trees[own if name == "behaviors" else 0].nodes
+        nodes = trees[index if len(trees) > 1 else 0].nodes
         return {
             node.name: int(value)
             for node, value in zip(nodes, values, strict=True)

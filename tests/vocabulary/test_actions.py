@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hunav_drake.systems.behavior import NodeStatus
-from hunav_drake.systems.common.layout import Activity, Signal
+from hunav_drake.systems.common.layout import Activity, Command, Signal
 from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.world.shapes import Polyline, World
 from tests.vocabulary.stage import DT, STAND, Stage, robot_at, someone
@@ -69,6 +69,52 @@ def test_14_a_place_is_reached_and_the_goals_stay():
     for _ in stage.run(8.0):
         pass
     assert stage.states[0, :2] == pytest.approx([9, 0], abs=0.5)
+
+
+def test_15_places_become_goals():
+    places = [Place(name=f"p{i}", pose=(i, 4.0, 0)) for i in range(1, 4)]
+    nodes = (
+        '<RunOnce><SetGoal goal_id="p1"/></RunOnce>'
+        '<RunOnce><SetGoal goal_id="p2" mode="next"/></RunOnce>'
+        '<RunOnce><SetGoal goal_id="p3" mode="next"/></RunOnce>'
+    )
+    stage = Stage(
+        [
+            someone(0, 0, nodes=nodes, goals=[(2, 0), (5, 0)]),
+            someone(0, 9, nodes=nodes, goals=[(2, 9), (5, 9)], cyclic=True),
+            someone(0, 20, nodes=nodes),
+            someone(
+                *(0, 30, 0),
+                '<RunOnce><SetGoal goal_id="p2" mode="replace"/></RunOnce>',
+                goals=[(9, 30)],
+            ),
+        ],
+        places=places,
+    )
+    named = {it.pose[:2]: it.name for it in places}
+    way = [[], [], [], []]
+    for _ in stage.run(60.0):
+        for i, own in enumerate(way):
+            command = stage.command(i)
+            goal = tuple(command[:2].tolist())
+            name = named.get(goal, goal) if command[Command.HAS_GOAL] else None
+            if own[-1:] != [name]:
+                own.append(name)
+    assert way[0] == [(2, 0), "p3", "p2", (5, 0), "p1", None]
+    assert way[1][:7] == [(2, 9), "p3", "p2", (5, 9), "p1", (2, 9), (5, 9)]
+    assert way[2] == ["p1", "p3", "p2", None]
+    assert way[3] == ["p2", None]
+
+
+def test_15_seventeen_places_are_too_many():
+    place = [Place(name="p", pose=(5, 0, 0))]
+    node = '<ForceFailure><SetGoal name="it" goal_id="p"/></ForceFailure>'
+    stage = Stage(
+        [someone(0, 0, nodes=node, rest=STAND, goals=[(9, 0)])], places=place
+    )
+    found = [stage.statuses(0)["it"]]
+    found += [stage.statuses(0)["it"] for _ in stage.run(1.0)]
+    assert found[:17] == [S] * 16 + [F]
 
 
 def circle(count, seconds=10.0, more=""):

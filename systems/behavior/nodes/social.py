@@ -12,9 +12,15 @@ from hunav_drake.systems.behavior.nodes.pointers import (
     vector_at,
 )
 from hunav_drake.systems.behavior.nodes.port import UNSET
-from hunav_drake.systems.behavior.nodes.tick import human_at, robot_at
+from hunav_drake.systems.behavior.nodes.tick import (
+    PLACE_SIZE,
+    aim,
+    human_at,
+    robot_at,
+)
 from hunav_drake.systems.behavior.nodes.tick_context import (
     ADDRESSEE,
+    GOAL_PLACE,
     GROUP,
     SEED,
     STOPPED,
@@ -32,8 +38,6 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.world.ray_cast import ray_cast
 
-# A row of places: the two numbers by which it is named, and its pose in W.
-PLACE_SIZE = 5
 # A row of lists of people: the number of the list, how many, and their rows.
 LIST_SIZE = 2 + MAX_PARTNERS
 
@@ -240,6 +244,10 @@ def begin_signal(tick, is_outside):
         own[_TO] = memory[ADDRESSEE]
     if memory[GROUP] != UNSET:
         tick.group_id = memory[GROUP]
+    place = memory[GOAL_PLACE]
+    if 1 <= place <= tick.num_places:
+        tick.goal_place = np.int64(place)
+        aim(tick)
 
 
 @jit_part
@@ -249,6 +257,7 @@ def end_signal(tick):
         return
     memory = social_memory(tick)
     memory[TICKS] += 1
+    memory[GOAL_PLACE] = tick.goal_place
     if memory[STOPPED] != 0:
         tick.hold = _STAND
         tick.turn_rate = 0.0

@@ -15,6 +15,10 @@ from hunav_drake.systems.behavior.nodes.pointers import (
     record_at,
     vector_at,
 )
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    LATER_PLACES,
+    MAX_PLACES,
+)
 from hunav_drake.systems.common.kernels import jit_inline, rows_of
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
@@ -54,11 +58,16 @@ _FIELDS = (
     # as they were in the tick before, or 0; and the row of this person. The
     # numbers of all people, and the person's own: `SOCIAL_MEMORY`, or 0.
     *("signals", "signal", "ids", "social"),
+    # The place that is the current goal: 1 + its row, or 0.
+    "goal_place",
     # Rows of places and of their slots, and of lists of people; see `social`.
     *("places", "num_places", "slots_of_places", "lists", "num_lists"),
     # Where the walk was interrupted, and why: see `walk`.
     *("person", "row", "slot", "code"),
 )
+# The numbers of a place: the two by which it is named, and its pose in W.
+PLACE_SIZE = 5
+
 # In a tick, the numbers before the state and before the command, and of all.
 STATE_AT, COMMAND_AT = 1, 1 + STATE_SIZE + 1
 TICK_SIZE = len(_FIELDS)
@@ -98,12 +107,16 @@ def command_to(tick, goal):
 @jit_inline
 def has_goal(tick):
     """Returns whether there is a goal to walk to."""
-    return tick.goal < tick.num_goals
+    return tick.goal < tick.num_goals or tick.goal_place > 0
 
 
 @jit_inline
 def goal_of(tick):
     """Returns the current goal in W, in meters; there must be one."""
+    if tick.goal_place > 0:
+        # (After its two codes.)
+        place = numbers_at(tick.places + 8 * PLACE_SIZE * (tick.goal_place - 1))
+        return place[2], place[3]
     command = command_to(tick, tick.goal)
     return command[0], command[1]
 
@@ -116,14 +129,50 @@ def next_goal(tick):
     """
     if not has_goal(tick):
         return False
-    tick.goal += 1
-    if tick.cyclic and tick.goal == tick.num_goals:
-        tick.goal = 0
+    is_last = False
+    if tick.goal_place > 0:
+        tick.goal_place = 0
+    else:
+        tick.goal += 1
+        is_last = tick.goal == tick.num_goals
+        if tick.cyclic and is_last:
+            tick.goal = 0
+    if tick.social != 0:
+        tick.goal_place = later_place(
+            tick, is_last or tick.goal == tick.num_goals
+        )
+    aim(tick)
+    return True
+
+
+@jit_inline
+def aim(tick):
+    """Makes the current goal that of the command."""
+    if tick.goal_place > 0:
+        tick.goal_x, tick.goal_y = goal_of(tick)
+        tick.has_goal = 1.0
+        return
     command = command_to(tick, tick.goal)
     tick.goal_x = command[0]
     tick.goal_y = command[1]
     tick.has_goal = command[3]
-    return True
+
+
+@jit_inline
+def later_place(tick, is_last):
+    """Takes the next of the places to come: 1 + its row, or 0.
+
+    Those after the person's own goals count if it `is_last`.
+    """
+    later = numbers_at(tick.social + 8 * LATER_PLACES)
+    for i in range(MAX_PLACES):
+        if later[i] > 0 or (is_last and later[i] < 0):
+            place = np.int64(abs(later[i]))
+            for k in range(i, MAX_PLACES - 1):
+                later[k] = later[k + 1]
+            later[MAX_PLACES - 1] = 0.0
+            return place if place <= tick.num_places else 0
+    return 0
 
 
 @jit_inline

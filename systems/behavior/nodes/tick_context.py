@@ -25,10 +25,15 @@ from hunav_drake.systems.world.ray_cast import ray_cast
 GOAL_INDEX = 0
 PERSON_MEMORY = ("goal index",)
 
+# The largest number of places that a person has as later goals.
+MAX_PLACES = 16
+
 # In a tree with social leaves, these follow: the number of ticks so far;
 # whether the person is to stand until further notice; the group instead of the
 # configured one, or `UNSET`; what the person says, to whom, and for how many
-# ticks more; and the seed of all chances.
+# ticks more; the seed of all chances; and places as goals: the present one,
+# and those to come, each 1 + its row, or 0. Those after the person's own goals
+# have a minus.
 SOCIAL_MEMORY: Mapping[str, float] = MappingProxyType(
     {
         "ticks": 0.0,
@@ -39,11 +44,13 @@ SOCIAL_MEMORY: Mapping[str, float] = MappingProxyType(
         "ticks to say it": 0.0,
         "seed, high": 0.0,
         "seed, low": 0.0,
+        "place as goal": 0.0,
+        **{f"later place {i}": 0.0 for i in range(1, MAX_PLACES + 1)},
     }
 )
-TICKS, STOPPED, GROUP, UTTERANCE, ADDRESSEE, TICKS_LEFT, SEED, _ = range(
-    len(SOCIAL_MEMORY)
-)
+TICKS, STOPPED, GROUP, UTTERANCE, ADDRESSEE, TICKS_LEFT, SEED = range(7)
+GOAL_PLACE = SEED + 2
+LATER_PLACES = GOAL_PLACE + 1
 
 Row = list[float]
 
