@@ -21,7 +21,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import MAX_PARTNERS
 from hunav_drake.systems.common.suggest import did_you_mean
-from hunav_drake.systems.people.places import Place
+from hunav_drake.systems.people.places import PLACE_TYPES, Place
 
 
 class _HasNodes(Protocol):
@@ -52,13 +52,15 @@ class Society:
 
     Attributes:
         ids: Shape (n,): the number of each person.
-        places: A row for each place: its two codes, and its pose in W.
+        places: A row of `PLACE_SIZE` for each place.
+        slots: A row (x, y, yaw) for each slot of all places, in W.
         lists: A row for each list of people in the trees: its code, the number
             of people, and their rows.
     """
 
     ids: NDArray[np.int64]
     places: Array
+    slots: Array
     lists: Array
 
     @classmethod
@@ -91,15 +93,22 @@ class Society:
                     own += [-1] * (MAX_PARTNERS - len(own))
                     code = people_code(", ".join(map(str, numbers)))
                     lists[code] = [code, len(numbers), *own]
+        slots: list[tuple[float, float, float]] = []
+        table = []
+        for it in places:
+            own_slots = it.all_slots()
+            kind = PLACE_TYPES.index(it.type)
+            table.append(
+                [
+                    *(place_code(f"{it.id}"), text_code(it.name), *it.pose),
+                    *(it.spacing, it.time, kind, len(slots), len(own_slots)),
+                ]
+            )
+            slots += own_slots
         return cls(
             np.array(ids, dtype=np.int64),
-            np.array(
-                [
-                    (place_code(f"{it.id}"), text_code(it.name), *it.pose)
-                    for it in places
-                ],
-                dtype=float,
-            ).reshape(-1, PLACE_SIZE),
+            np.array(table, dtype=float).reshape(-1, PLACE_SIZE),
+            np.array(slots, dtype=float).reshape(-1, 3),
             np.array([*lists.values()], dtype=float).reshape(-1, LIST_SIZE),
         )
 

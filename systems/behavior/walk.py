@@ -156,6 +156,7 @@ class Walk:
                 name: self._address(getattr(society, name))
                 for name in ("ids", "places", "lists")
             },
+            "slots_of_places": self._address(society.slots),
             "num_places": len(society.places),
             "num_lists": len(society.lists),
         }

@@ -1,13 +1,42 @@
 """Places that people go to, look at and use."""
 
 from collections.abc import Sequence
-from typing import Annotated
+from dataclasses import field, replace
+import math
+from typing import Annotated, Literal, get_args
 
-from pydantic import Field
+from pydantic import Field, StrictFloat
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.plain_errors import plain_errors
-from hunav_drake.systems.common.schema import CONFIG, Integer, Name, Pose
+from hunav_drake.systems.common.schema import (
+    CONFIG,
+    Integer,
+    Name,
+    Pose,
+    PositiveLength,
+    within,
+)
+
+PlaceType = Literal[
+    "point", "counter", "seat", "bus_stop", "shelf", "door_button", "screen"
+]
+PLACE_TYPES: tuple[PlaceType, ...] = get_args(PlaceType)
+
+# The time of each type, in seconds.
+_SECONDS: dict[PlaceType, float] = {
+    "point": 5.0,
+    "counter": 5.0,
+    "seat": 60.0,
+    "bus_stop": 30.0,
+    "shelf": 8.0,
+    "door_button": 1.5,
+    "screen": 20.0,
+}
+
+# The places before a screen without slots: how many, how far, in meters, and up
+# to which angle on either side.
+_SPOTS, _AWAY, _ASIDE = 5, 2.0, math.pi / 4
 
 
 @plain_errors
@@ -22,9 +51,44 @@ class Place:
     """Number of the place, by which HuNavSim knows it; by default 1, 2, ... in
     order."""
 
+    type: PlaceType = "point"
+    """What it is: people queue at a "counter", sit on a "seat", wait at a
+    "bus_stop", take things from a "shelf", press a "door_button", and look at
+    a "screen"."""
+
     pose: Pose
-    """Where people stand there and face (x, y, yaw), in W, in meters and
-    radians."""
+    """Where the first one stands and faces (x, y, yaw), in W, in meters and
+    radians; of a screen, where it is and faces."""
+
+    slots: list[Pose] = field(default_factory=list)
+    """Where people use it (x, y, yaw), in W, in meters and radians; by default
+    the pose, and five places 2 m before a screen."""
+
+    spacing: PositiveLength = 0.9
+    """Distance of people in a queue, in meters."""
+
+    seconds: Annotated[StrictFloat, within(0, 86400, "s")] | None = None
+    """Time for which people use it, in seconds; by default 5 s, on a seat 60 s,
+    at a bus stop 30 s, a shelf 8 s, a button 1.5 s and a screen 20 s."""
+
+    def all_slots(self) -> list[tuple[float, float, float]]:
+        """Returns the poses at which people use it, in W."""
+        if self.slots:
+            return [(x, y, yaw) for x, y, yaw in self.slots]
+        x, y, yaw = self.pose
+        if self.type != "screen":
+            return [(x, y, yaw)]
+        step = 2 * _ASIDE / (_SPOTS - 1)
+        bearings = [yaw - _ASIDE + step * i for i in range(_SPOTS)]
+        return [
+            (x + _AWAY * math.cos(it), y + _AWAY * math.sin(it), it + math.pi)
+            for it in bearings
+        ]
+
+    @property
+    def time(self) -> float:
+        """The time for which people use it, in seconds."""
+        return _SECONDS[self.type] if self.seconds is None else self.seconds
 
 
 def complete_places(places: Sequence[Place]) -> list[Place]:
@@ -34,10 +98,8 @@ def complete_places(places: Sequence[Place]) -> list[Place]:
         ValueError: If two places have the same name or number.
     """
     result = [
-        Place(
-            name=it.name or f"place_{i}",
-            id=i if it.id is None else it.id,
-            pose=it.pose,
+        replace(
+            it, name=it.name or f"place_{i}", id=i if it.id is None else it.id
         )
         for i, it in enumerate(places, 1)
     ]

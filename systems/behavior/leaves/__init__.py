@@ -2,6 +2,7 @@
 
 # The leaves register themselves.
 from hunav_drake.systems.behavior.leaves import (  # noqa: F401
+    activities,
     blocking,
     circles,
     gaze,

@@ -65,8 +65,10 @@ _FIELDS = (
     # Where the walk was interrupted, and why: see `walk`.
     *("person", "row", "slot", "code"),
 )
-# The numbers of a place: the two by which it is named, and its pose in W.
-PLACE_SIZE = 5
+# The numbers of a place: the two by which it is named, its pose in W, the
+# distance in a queue and the time, its type, and its slots: the row of the
+# first, and how many.
+PLACE_SIZE = 10
 
 # In a tick, the numbers before the state and before the command, and of all.
 STATE_AT, COMMAND_AT = 1, 1 + STATE_SIZE + 1

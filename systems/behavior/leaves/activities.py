@@ -1,0 +1,286 @@
+"""Using places: waiting in a queue, sitting, looking at a screen, ...
+
+People agree without a manager: each shows what it claims, and of two claims the
+earlier one holds, or that of the lower number.
+"""
+
+import math
+from typing import Annotated
+
+import numpy as np
+
+from hunav_drake.systems.behavior.leaves.gaze import bearing_error
+from hunav_drake.systems.behavior.leaves.pacing import (
+    PortDistance,
+    face,
+    settle,
+    stand,
+    walk_to,
+    wrapped,
+)
+from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
+from hunav_drake.systems.behavior.leaves.social_ports import PlaceName, Seconds
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
+from hunav_drake.systems.behavior.nodes.pointers import integers_at, numbers_at
+from hunav_drake.systems.behavior.nodes.registry import register_action
+from hunav_drake.systems.behavior.nodes.social import (
+    AT_POINT,
+    look_at,
+    own_signal,
+    place_of,
+    pose_of,
+    show_activity,
+    signal_of,
+)
+from hunav_drake.systems.behavior.nodes.status import (
+    FAILURE,
+    RUNNING,
+    SUCCESS,
+    NodeStatus,
+)
+from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE, Tick
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
+from hunav_drake.systems.common.layout import Activity, Posture, Signal
+from hunav_drake.systems.common.schema import within
+from hunav_drake.systems.people.places import PLACE_TYPES, PlaceType
+
+_QUEUE, _USE = float(Activity.QUEUE), float(Activity.USE)
+_SIT, _WATCH = float(Activity.SIT), float(Activity.WATCH)
+_SEATED = float(Posture.SEATED)
+_ACTIVITY, _SINCE = int(Signal.ACTIVITY), int(Signal.SINCE)
+_PLACE, _SLOT = int(Signal.PLACE), int(Signal.SLOT)
+_GESTURE, _POSTURE = int(Signal.GESTURE), int(Signal.POSTURE)
+_SEAT, _SCREEN = PLACE_TYPES.index("seat"), PLACE_TYPES.index("screen")
+
+# Somebody faces a direction within this angle, in radians.
+_FACING = 0.05
+
+# Without a free slot, people wait this far from the place, in meters.
+_OFF = 1.5
+
+
+@jit_inline
+def _row(tick, place):
+    return numbers_at(tick.places + 8 * PLACE_SIZE * place)
+
+
+@jit_inline
+def _slot(tick, place, slot):
+    """Returns the pose of a slot of a place in W."""
+    first = np.int64(_row(tick, place)[8])
+    row = numbers_at(tick.slots_of_places + 8 * 3 * (first + slot))
+    return row[0], row[1], row[2]
+
+
+@jit_inline
+def _turn(tick, yaw):
+    """Turns to a direction; returns whether the person faces it."""
+    tick.turn_rate = TURN_RATE
+    tick.yaw_target = yaw
+    return abs(wrapped(yaw - tick.yaw)) <= _FACING
+
+
+@jit_inline
+def _is_before(tick, index, since):
+    """Returns whether the claim of a person is before the own one."""
+    begun = signal_of(tick, index)[_SINCE]
+    ids = integers_at(tick.ids)
+    return begun < since or (begun == since and ids[index] < ids[tick.index])
+
+
+@jit_part
+def _rank(tick, place, since):
+    """Returns how many people are before the person in a queue."""
+    rank = 0
+    for i in range(tick.num_humans):
+        signal = signal_of(tick, i)
+        is_in = signal[_ACTIVITY] == _QUEUE and signal[_PLACE] == place
+        rank += i != tick.index and is_in and _is_before(tick, i, since)
+    return rank
+
+
+@register_action(
+    "Queue",
+    memory={"ticks served": 0.0, "ticks": 0.0},
+    ignored=IGNORED,
+    social=True,
+)
+@jit
+def queue(
+    tick: Tick,
+    own: Array,
+    place: PlaceName,
+    patience: Seconds = 1e9,
+    join_distance: PortDistance = 2.0,
+    robot: Role = "pedestrian",
+) -> NodeStatus:
+    """Waits in the queue at a place, and is served.
+
+    The person walks to the end of the queue, and joins it within
+    `join_distance`. The first one is served for the time of the place. The
+    action fails after `patience`, unless the person is served then.
+    """
+    row = place_of(tick, place)
+    if row < 0:
+        own[0] = 0.0
+        own[1] = 0.0
+        return FAILURE
+    tick.behavior_status = 1
+    tick.robot_role = ROLES[int(robot)]
+    x, y, yaw = pose_of(tick, row)
+    spacing, seconds = _row(tick, row)[5], _row(tick, row)[6]
+    before = signal_of(tick, tick.index)
+    is_in = before[_ACTIVITY] == _QUEUE and before[_PLACE] == row
+    rank = _rank(tick, row, before[_SINCE] if is_in else math.inf)
+    x -= rank * spacing * math.cos(yaw)
+    y -= rank * spacing * math.sin(yaw)
+    own[1] += 1
+    if own[0] == 0 and steps_reach(own[1], tick.time_step, patience):
+        own[1] = 0.0
+        return FAILURE
+    if not is_in and math.hypot(x - tick.x, y - tick.y) > join_distance:
+        walk_to(tick, x, y, tick.max_speed)
+        return RUNNING
+    show_activity(tick, _QUEUE, row, -1)
+    if not settle(tick, x, y):
+        return RUNNING
+    if _turn(tick, yaw) and rank == 0 and is_in:
+        own[0] += 1
+        if steps_reach(own[0], tick.time_step, seconds):
+            own[0] = 0.0
+            own[1] = 0.0
+            return SUCCESS
+    return RUNNING
+
+
+@jit_inline
+def _activity(tick, place):
+    """Returns the activity of those who use a place."""
+    kind = np.int64(_row(tick, place)[7])
+    if kind == _SEAT:
+        return _SIT
+    return _WATCH if kind == _SCREEN else _USE
+
+
+@jit_part
+def _is_claimed(tick, place, slot, since):
+    """Returns whether another one's claim of a slot is before the own one."""
+    for i in range(tick.num_humans):
+        signal = signal_of(tick, i)
+        if i == tick.index or signal[_PLACE] != place or signal[_SLOT] != slot:
+            continue
+        if _is_before(tick, i, since):
+            return True
+    return False
+
+
+@jit_part
+def _choose(tick, own, place, kind):
+    """Chooses the nearest free slot of a place, or of all of a type."""
+    nearest = math.inf
+    own[2] = 0.0
+    for p in range(tick.num_places):
+        if p != place and (place >= 0 or _row(tick, p)[7] != kind):
+            continue
+        for s in range(np.int64(_row(tick, p)[9])):
+            x, y, _ = _slot(tick, p, s)
+            away = math.hypot(x - tick.x, y - tick.y)
+            if away < nearest and not _is_claimed(tick, p, s, math.inf):
+                nearest = away
+                own[2] = p + 1.0
+                own[3] = s
+
+
+@jit_inline
+def _holds(tick, own):
+    """Returns whether the person has a slot, and nobody else has it before."""
+    place, slot = np.int64(own[2]) - 1, own[3]
+    if not 0 <= place < tick.num_places:
+        return False
+    if not 0 <= slot < _row(tick, place)[9]:
+        return False
+    before = signal_of(tick, tick.index)
+    is_shown = before[_PLACE] == place and before[_SLOT] == slot
+    since = before[_SINCE] if is_shown else math.inf
+    return not _is_claimed(tick, place, slot, since)
+
+
+@register_action(
+    "UsePlace",
+    memory={"ticks used": 0.0, "ticks": 0.0, "place": 0.0, "slot": 0.0},
+    ignored=IGNORED,
+    social=True,
+)
+@jit
+def use_place(
+    tick: Tick,
+    own: Array,
+    place: PlaceName = "",
+    kind: PlaceType = "seat",
+    seconds: Seconds = 0.0,
+    patience: Seconds = 60.0,
+    gesture: Annotated[int, within(0, 5)] = 0,
+    robot: Role = "pedestrian",
+) -> NodeStatus:
+    """Uses a place: sits on a seat, looks at a screen, takes from a shelf, ...
+
+    The person takes the nearest free slot of the place, or, without one, of
+    all places of a type, faces as it does, and stays for `seconds`, by default
+    the time of the place. Without a free slot, it waits near the place; the
+    action fails after `patience` of that.
+    """
+    row = place_of(tick, place)
+    tick.behavior_status = 1
+    tick.robot_role = ROLES[int(robot)]
+    if not _holds(tick, own):
+        own[0] = 0.0
+        _choose(tick, own, row, int(kind))
+    if own[2] == 0:
+        status: NodeStatus = _wait(tick, own, row, patience)
+        return status
+    at, slot = np.int64(own[2]) - 1, np.int64(own[3])
+    x, y, yaw = _slot(tick, at, slot)
+    show_activity(tick, _activity(tick, at), at, slot)
+    if not settle(tick, x, y):
+        return RUNNING
+    sx, sy, _ = pose_of(tick, at)
+    if _row(tick, at)[7] == _SCREEN:
+        look_at(tick, AT_POINT, sx, sy)
+    if not _turn(tick, yaw):
+        return RUNNING
+    signal = own_signal(tick)
+    signal[_GESTURE] = gesture
+    if _row(tick, at)[7] == _SEAT:
+        signal[_POSTURE] = _SEATED
+    own[0] += 1
+    own[1] = 0.0
+    if seconds == 0:
+        seconds = _row(tick, at)[6]
+    if steps_reach(own[0], tick.time_step, seconds):
+        own[0] = 0.0
+        own[2] = 0.0
+        return SUCCESS
+    return RUNNING
+
+
+@jit_inline
+def _wait(tick, own, place, patience):
+    """Waits near a place, where there is one; returns the status."""
+    own[1] += 1
+    if steps_reach(own[1], tick.time_step, patience):
+        own[1] = 0.0
+        return FAILURE
+    if place < 0:
+        stand(tick)
+        return RUNNING
+    x, y, _ = pose_of(tick, place)
+    away = math.hypot(x - tick.x, y - tick.y)
+    if away > _OFF:
+        walk_to(tick, x, y, min(tick.max_speed, away - _OFF + 0.2))
+    else:
+        stand(tick)
+        if bearing_error(tick, x, y) > _FACING:
+            face(tick, x, y, TURN_RATE)
+    return RUNNING
