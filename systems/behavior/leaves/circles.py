@@ -199,6 +199,9 @@ def _is_ready(tick, own, count):
         row = tick.index
         if k != own[6]:
             row = np.int64(own[_FIRST + k - (k > own[6])])
+        # (The memory may be of a trial with more people.)
+        if not 0 <= row < tick.num_humans:
+            return False
         it = human_at(tick, row)
         sx, sy = circle_slot(x, y, own[5], k, count)
         if math.hypot(sx - it.x, sy - it.y) > _NEAR:
