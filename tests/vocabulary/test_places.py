@@ -112,7 +112,7 @@ def test_25_of_two_who_claim_the_last_seat_one_sits():
 
 @pytest.mark.parametrize(
     "seed",
-    [0, 1, *(pytest.param(it, marks=pytest.mark.slow) for it in range(2, 40))],
+    [0, 1, *(pytest.param(it, marks=pytest.mark.slow) for it in range(2, 100))],
 )
 def test_25_nobody_sits_on_a_seat_that_is_taken(seed):
     generator = np.random.default_rng(seed)

@@ -57,8 +57,9 @@ _SEAT, _SCREEN = PLACE_TYPES.index("seat"), PLACE_TYPES.index("screen")
 # Somebody faces a direction within this angle, in radians.
 _FACING = 0.05
 
-# Without a free slot, people wait this far from the place, in meters.
-_OFF = 1.5
+# Without a free slot, people wait this far from the nearest one, more or less
+# by the second distance, in meters, and step back at this speed, in m/s.
+_OFF, _ROOM, _SLOWLY = 1.5, 0.3, 0.6
 
 
 @jit_inline
@@ -275,12 +276,21 @@ def _wait(tick, own, place, patience):
     if place < 0:
         stand(tick)
         return RUNNING
-    x, y, _ = pose_of(tick, place)
-    away = math.hypot(x - tick.x, y - tick.y)
-    if away > _OFF:
-        walk_to(tick, x, y, min(tick.max_speed, away - _OFF + 0.2))
+    nearest, sx, sy = math.inf, 0.0, 0.0
+    for k in range(np.int64(_row(tick, place)[9])):
+        x, y, _ = _slot(tick, place, k)
+        away = math.hypot(x - tick.x, y - tick.y)
+        if away < nearest:
+            nearest, sx, sy = away, x, y
+    if 0 < nearest < _OFF - _ROOM:
+        # (Whoever has the slot needs the room.)
+        part = _OFF / nearest
+        x, y = sx + part * (tick.x - sx), sy + part * (tick.y - sy)
+        walk_to(tick, x, y, min(tick.max_speed, _SLOWLY))
+    elif nearest > _OFF + _ROOM:
+        walk_to(tick, sx, sy, min(tick.max_speed, nearest - _OFF + _ROOM))
     else:
         stand(tick)
-        if bearing_error(tick, x, y) > _FACING:
-            face(tick, x, y, TURN_RATE)
+        if bearing_error(tick, sx, sy) > _FACING:
+            face(tick, sx, sy, TURN_RATE)
     return RUNNING
