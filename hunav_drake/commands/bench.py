@@ -222,9 +222,11 @@ def _suite(options: argparse.Namespace) -> "Suite":
     if options.overrides:
         changes["overrides"] = [*suite.overrides, *options.overrides]
     if options.beside:
-        changes["settings"] = {
-            **(dict(suite.settings) or {"": []}),
-            ", ".join(options.beside): list(options.beside),
+        old = dict(suite.settings) or {"": []}
+        text = ", ".join(options.beside)
+        changes["settings"] = old | {
+            f"{name}, {text}".removeprefix(", "): [*own, *options.beside]
+            for name, own in old.items()
         }
     if options.until:
         metric, width = options.until

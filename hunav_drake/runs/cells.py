@@ -6,6 +6,7 @@ import functools
 import hashlib
 import json
 from pathlib import Path
+import re
 from typing import Any
 
 from hunav_drake.runs.run_folders import recording_path
@@ -94,6 +95,17 @@ class Cell:
         return kind.numbers(recording, seed)
 
 
+# A change that takes another planner, and what is wrong with it.
+_PLANNER = re.compile(r"\s*planner(\.type)?\s*=")
+_TWO_PLANNERS = Fault(
+    "suite",
+    0,
+    "planners",
+    "a change of `planner` or `planner.type` would replace them, under their"
+    " names; leave out one of both",
+)
+
+
 def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
     """Returns all cells of a suite, after checking each of them.
 
@@ -122,6 +134,9 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                 # JSON is YAML, on one line.
                 planner = [f"planner={json.dumps(keys)}"] if keys else []
                 overrides = [*planner, *suite.overrides, *changes]
+                if keys and any(map(_PLANNER.match, overrides[1:])):
+                    faults[_TWO_PLANNERS] = None
+                    continue
                 try:
                     if kind is None:
                         loaded = LoadScenario(

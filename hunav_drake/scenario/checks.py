@@ -405,9 +405,8 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
             if len(known) == _MAX_UNKNOWN:
                 return
             known[key] = list(_behavior_faults(behavior, profile))
-            if not known[key]:
-                known[key] = list(_named_faults(scenario, whole, behavior))
-        for loc, message in known[key]:
+        faults = known[key] or _named_faults(scenario, whole, behavior)
+        for loc, message in faults:
             yield Finding((*whole, *loc), message, uses=(whole,))
 
 

@@ -76,7 +76,7 @@ def _person(actor: Actor, name: str) -> HumanConfig:
     length = time = 0.0
     for before, row in itertools.pairwise(rows):
         step = float(np.hypot(*(row[1:3] - before[1:3])))
-        if step >= _STILL * (row[0] - before[0]):
+        if row[0] > before[0] and step >= _STILL * (row[0] - before[0]):
             length += step
             time += row[0] - before[0]
         if np.hypot(*(row[1:3] - places[-1])) >= _APART:

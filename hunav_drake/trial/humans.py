@@ -32,9 +32,7 @@ from hunav_drake.tracks.recorded import track_of, with_track
 MAX_SEPARATE_TREES = 10
 
 
-_OPTIONAL_OUTPUTS = ("traffic", "robot_touches", "replay", "social_signals")
-
-
+# The outputs that not all people have.
 _OPTIONAL_OUTPUTS = ("traffic", "robot_touches", "replay", "social_signals")
 
 

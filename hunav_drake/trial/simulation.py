@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 import dataclasses
 import math
+import re
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -93,6 +94,10 @@ def _skip_done_updates(diagram: Diagram, context: Context) -> None:
     if monitor.HasUpdated(monitor.GetMyContextFromRoot(context)):
         present = context.get_time()
         context.SetTime(max(math.nextafter(present, math.inf), 1e-15))
+
+
+# The text of a PlannerError.
+_FAILED = re.compile(r"failed at t = ([\d.]+) s: (.*)", re.DOTALL)
 
 
 def RunTrial(
@@ -206,15 +211,19 @@ def RunTrial(
 def _raise_failure(
     scenario: Scenario, diagram: Diagram, context: Context
 ) -> None:
-    """Raises a PlannerError if the planner of one of several robots failed."""
+    """Raises a PlannerError if planners of several robots failed: the first."""
+    failed = []
     for part in robot_parts(scenario):
         end = _end_of(part, diagram, context)
         if end.reason == "planner_failed":
             assert end.time is not None
-            # The text of an error, which has a place and a time of its own.
-            reason = end.message.partition(" s: ")[2] or end.message
+            # The text of an error, which has the time of the failure.
+            found = _FAILED.search(end.message)
+            time, reason = found.groups() if found else (end.time, end.message)
             planner = name_of(part.scenario.planner)
-            raise PlannerError(planner, end.time, reason, part.name)
+            failed.append(PlannerError(planner, float(time), reason, part.name))
+    if failed:
+        raise min(failed, key=lambda it: it.time)
 
 
 def MakeRandomSimulator(

@@ -102,6 +102,8 @@ class Hull:
             crossing = a[..., :2] + part[..., None] * (b - a)[..., :2]
             found.append(crossing.reshape(-1, 2))
         hull = shapely.convex_hull(shapely.multipoints(np.vstack(found)))
+        # (Without corners that rounding makes.)
+        hull = shapely.simplify(hull, 1e-9)
         if hull.geom_type != "Polygon":
             return None
         outline: Array = shapely.get_coordinates(hull.exterior)[:-1]

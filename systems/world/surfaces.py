@@ -42,7 +42,7 @@ _MOST_PAIRS = 20_000_000
 _LEVELS = (0.0437, 0.251, 0.5093, 0.7519, 0.9571)
 
 # The version of the outlines that are kept.
-_VERSION = 2
+_VERSION = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,7 +202,10 @@ def _hull_corners(triangles: Array) -> Array | None:
     corners = np.cross(
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
-    area = np.sqrt((corners**2).sum(axis=1)).sum() / 2
+    # (What is seen from outside counts, and of two sides of a face one.)
+    away = triangles.mean(axis=1) @ normals.T + offsets
+    seen = (corners * normals[away.argmax(axis=1)]).sum(axis=1) / 2
+    area = max(seen[seen > 0].sum(), -seen[seen < 0].sum())
     if area < max(0.9 * hull.area, hull.area - _MISSING):
         return None
     found: Array = points[hull.vertices]

@@ -2,14 +2,13 @@
 
 import pytest
 
-from tests.vocabulary.fuzz import leaves, random_tree, run
+from tests.vocabulary.fuzz import leaves, run
 
 
 def test_39_all_leaves_are_tried():
     names = {it.name for it in leaves()}
     assert len(names) > 45
     assert {"ConversationFormation", "SaySomething", "BlockRobot"} <= names
-    assert random_tree
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -277,8 +277,11 @@ class Office(_Indoors):
         doors = [
             it for it in ways if hall in it.rooms or random.random() < 0.15
         ]
-        if len({it for way in doors for it in way.rooms}) < len(rooms):
-            # Rooms that are not at the corridor.
+        joined = {hall}
+        for _ in rooms:
+            joined.update(*(it.rooms for it in doors if joined & {*it.rooms}))
+        if len(joined) < len(rooms):
+            # Rooms that no door leads to, from the corridor.
             doors += spanning([it for it in ways if it not in doors], 0, random)
         uses = random.choice(
             ["work", "meeting", "kitchen"], len(sides), p=[0.6, 0.25, 0.15]

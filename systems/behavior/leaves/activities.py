@@ -20,13 +20,14 @@ from hunav_drake.systems.behavior.leaves.pacing import (
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.social_ports import PlaceName, Seconds
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, Role, act
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import integers_at, numbers_at
+from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     look_at,
+    number_of,
     own_signal,
     place_of,
     pose_of,
@@ -87,8 +88,9 @@ def _turn(tick, yaw):
 def _is_before(tick, index, since):
     """Returns whether the claim of a person is before the own one."""
     begun = signal_of(tick, index)[_SINCE]
-    ids = integers_at(tick.ids)
-    return begun < since or (begun == since and ids[index] < ids[tick.index])
+    return begun < since or (
+        begun == since and number_of(tick, index) < number_of(tick, tick.index)
+    )
 
 
 @jit_part
@@ -128,8 +130,7 @@ def queue(
         own[0] = 0.0
         own[1] = 0.0
         return FAILURE
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     x, y, yaw = pose_of(tick, row)
     spacing, seconds = _row(tick, row)[5], _row(tick, row)[6]
     before = signal_of(tick, tick.index)
@@ -233,8 +234,7 @@ def use_place(
     action fails after `patience` of that.
     """
     row = place_of(tick, place)
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     if not _holds(tick, own):
         own[0] = 0.0
         _choose(tick, own, row, int(kind))

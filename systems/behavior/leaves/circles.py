@@ -22,13 +22,13 @@ from hunav_drake.systems.behavior.leaves.social_ports import (
     PlaceName,
     Seconds,
 )
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, Role, act
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import integers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     look_at,
+    number_of,
     own_signal,
     people_in,
     place_of,
@@ -101,8 +101,7 @@ def conversation_formation(
     for i in range(MAX_PARTNERS):
         count += own[_FIRST + i] >= 0
     _offer(tick, own, count)
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     x, y = own[3], own[4]
     sx, sy = circle_slot(x, y, own[5], own[6], count)
     there = settle(tick, sx, sy)
@@ -233,9 +232,8 @@ def set_group_walk(
     if not len(partners):
         own[0] = 0.0
         return FAILURE
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
-    number = integers_at(tick.ids)[tick.index]
+    act(tick, robot)
+    number = number_of(tick, tick.index)
     tick.group_id = number
     show_activity(tick, WALK, -1, -1)
     signal = own_signal(tick)

@@ -4,7 +4,12 @@ import math
 from typing import Annotated
 
 from hunav_drake.systems.behavior.leaves.others import distance_between
-from hunav_drake.systems.behavior.leaves.pacing import TurnRate, face, wrapped
+from hunav_drake.systems.behavior.leaves.pacing import (
+    TurnRate,
+    face,
+    stand,
+    wrapped,
+)
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.robot_conditions import Distance
 from hunav_drake.systems.behavior.leaves.social_ports import (
@@ -16,13 +21,14 @@ from hunav_drake.systems.behavior.leaves.social_ports import (
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import integers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
+    comes_first,
     give_result,
     is_clear,
     look_at,
+    number_of,
     place_of,
     pose_of,
     row_of,
@@ -42,12 +48,11 @@ from hunav_drake.systems.behavior.nodes.tick import (
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
-from hunav_drake.systems.common.layout import Hold, Signal
+from hunav_drake.systems.common.layout import Signal
 from hunav_drake.systems.common.schema import within
 
 Angle = Annotated[float, within(0, math.pi, "rad")]
 
-_STAND = float(Hold.STAND)
 _GAZE, _X, _Y = int(Signal.GAZE), int(Signal.GAZE_X), int(Signal.GAZE_Y)
 
 _WATCHING = {"ticks": 0.0, "looker": -1.0, "ticks of the look": 0.0}
@@ -70,7 +75,7 @@ def _turn_to(tick, target, x, y, tolerance, walk, turn_rate):
     face(tick, x, y, turn_rate)
     if bearing_error(tick, x, y) <= tolerance:
         return SUCCESS
-    tick.hold = _STAND
+    stand(tick)
     return RUNNING
 
 
@@ -205,17 +210,15 @@ def is_anyone_looking_at_me(
     the nearest. The person walks on meanwhile.
     """
     found, nearest = -1, math.inf
-    ids = integers_at(tick.ids)
     for i in range(tick.num_humans):
         away = _looks_at_me(
             tick, i, distance_threshold, angle_threshold, occlusion
         )
-        is_first = found < 0 or ids[i] < ids[found]
-        if away < nearest or (away == nearest < math.inf and is_first):
+        if comes_first(tick, i, away, found, nearest):
             found, nearest = i, away
     status: NodeStatus = _watch(tick, own, found, duration, hold)
     if status == SUCCESS:
-        give_result(tick, observer_id, ids[found])
+        give_result(tick, observer_id, number_of(tick, found))
     return status
 
 

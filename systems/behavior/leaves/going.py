@@ -30,7 +30,7 @@ from hunav_drake.systems.behavior.leaves.social_ports import (
     PlaceName,
     Seconds,
 )
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, Role, act
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
@@ -113,8 +113,7 @@ def go_to(
     place = place_of(tick, goal_id)
     if place < 0:
         return FAILURE
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     x, y, _ = pose_of(tick, place)
     if math.hypot(x - tick.x, y - tick.y) <= tolerance:
         stand(tick)
@@ -198,8 +197,7 @@ def approach_agent(
         own[0] = 0.0
         return FAILURE
     it = human_at(tick, target)
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     look_at(tick, target, it.x, it.y)
     there = _approach(tick, it, closest_dist, max_vel, turn_rate)
     status: NodeStatus = _run(tick, own, duration)
@@ -243,8 +241,7 @@ def follow_agent(
         own[0] = 0.0
         own[1] = 0.0
         return FAILURE
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     show_activity(tick, _FOLLOW, -1, -1)
     away = distance_between(tick, it)
     speed = max(0.0, speed_of(it) + (away - closest_dist) / _CLOSING)
@@ -280,8 +277,7 @@ def approach_robot(
         own[0] = 0.0
         return FAILURE
     it = robot_at(tick, index)
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     away = distance_between(tick, it)
     px, py = tick.x - it.x, tick.y - it.y
     hx, hy = course(it)
@@ -334,8 +330,7 @@ def block_agent(
     if target < 0:
         own[0] = 0.0
         return FAILURE
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     show_activity(tick, _BLOCK, -1, -1)
     it = human_at(tick, target)
     block(tick, it, front_dist, max_vel, turn_rate)
@@ -372,8 +367,7 @@ def avoid_robot(
         own[1] = 0.0
         return FAILURE
     it = robot_at(tick, index)
-    tick.behavior_status = 1
-    tick.robot_role = ROLES[int(robot)]
+    act(tick, robot)
     away = distance_between(tick, it)
     if away < safe_distance:
         own[1] = 1.0

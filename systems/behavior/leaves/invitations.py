@@ -3,10 +3,10 @@
 import math
 
 from hunav_drake.systems.behavior.leaves.pacing import face, settle
-from hunav_drake.systems.behavior.nodes.pointers import integers_at
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     look_at,
+    number_of,
     own_signal,
     show_activity,
     signal_of,
@@ -47,7 +47,6 @@ def host_of(tick):
     if tick.signals == 0 or tick.ignores != 0:
         return -1
     found, since, number = -1, math.inf, 0
-    ids = integers_at(tick.ids)
     for i in range(tick.num_humans):
         signal = signal_of(tick, i)
         if signal[_OPEN] != CLOSED or _place_in(signal, tick.index) < 0:
@@ -56,8 +55,8 @@ def host_of(tick):
         if math.hypot(it.x - tick.x, it.y - tick.y) > _READABLE:
             continue
         begun = signal[_SINCE]
-        if begun < since or (begun == since and ids[i] < number):
-            found, since, number = i, begun, ids[i]
+        if begun < since or (begun == since and number_of(tick, i) < number):
+            found, since, number = i, begun, number_of(tick, i)
     return found
 
 
@@ -79,7 +78,7 @@ def obey(tick, host):
         tick.goal_x = x
         tick.goal_y = y
         tick.has_goal = 1.0
-        tick.group_id = integers_at(tick.ids)[host]
+        tick.group_id = number_of(tick, host)
         show_activity(tick, WALK, -1, -1)
         own_signal(tick)[_HOST] = host
         return

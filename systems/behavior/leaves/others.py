@@ -18,16 +18,17 @@ from hunav_drake.systems.behavior.leaves.social_ports import (
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.control_flow import steps_of
-from hunav_drake.systems.behavior.nodes.pointers import integers_at
 from hunav_drake.systems.behavior.nodes.registry import (
     register_action,
     register_condition,
 )
 from hunav_drake.systems.behavior.nodes.social import (
     CHANCE,
+    comes_first,
     draw,
     give_result,
     is_clear,
+    number_of,
     place_of,
     pose_of,
     row_of,
@@ -158,14 +159,13 @@ def find_nearest_agent(
     The entry of `target_agent_id` gets the number. With `visible`, people
     count that are in view and not behind a wall.
     """
-    found, nearest = -1, max_distance
-    ids = integers_at(tick.ids)
+    found, nearest = -1, math.inf
     for i in range(tick.num_humans):
         it = human_at(tick, i)
         away = distance_between(tick, it)
-        if i == tick.index or away > nearest:
+        if i == tick.index or away > max_distance:
             continue
-        if found >= 0 and away == nearest and ids[found] < ids[i]:
+        if not comes_first(tick, i, away, found, nearest):
             continue
         if visible != 0 and not (
             is_in_view(tick, it, max_distance, FIELD_OF_VIEW)
@@ -175,7 +175,7 @@ def find_nearest_agent(
         found, nearest = i, away
     if found < 0:
         return FAILURE
-    give_result(tick, target_agent_id, ids[found])
+    give_result(tick, target_agent_id, number_of(tick, found))
     return SUCCESS
 
 

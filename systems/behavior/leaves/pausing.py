@@ -2,6 +2,7 @@
 
 from typing import Annotated
 
+from hunav_drake.systems.behavior.leaves.pacing import stand
 from hunav_drake.systems.behavior.leaves.social_ports import Seconds
 from hunav_drake.systems.behavior.leaves.walking import IGNORED
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
@@ -16,11 +17,8 @@ from hunav_drake.systems.behavior.nodes.tick import Tick
 from hunav_drake.systems.behavior.nodes.tick_context import GROUP, STOPPED
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
-from hunav_drake.systems.common.layout import Hold
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.human_config import MAX_GROUP_ID
-
-_STAND = float(Hold.STAND)
 
 
 @register_action("StopMovement", ignored=IGNORED, social=True)
@@ -47,7 +45,7 @@ def stop_and_wait(
     tick: Tick, own: Array, wait_duration: Seconds = 5.0
 ) -> NodeStatus:
     """Stands for some time."""
-    tick.hold = _STAND
+    stand(tick)
     tick.behavior_status = 1
     own[0] += 1
     if steps_reach(own[0], tick.time_step, wait_duration):

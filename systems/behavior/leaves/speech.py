@@ -16,10 +16,11 @@ from hunav_drake.systems.behavior.nodes.control_flow import (
     steps_of,
     steps_reach,
 )
-from hunav_drake.systems.behavior.nodes.pointers import integers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
+    comes_first,
     give_result,
+    number_of,
     row_of,
     say,
     signal_of,
@@ -110,17 +111,15 @@ def is_anyone_speaking(
     on meanwhile.
     """
     found, nearest = -1, math.inf
-    ids = integers_at(tick.ids)
     for i in range(tick.num_humans):
         away = _hears(tick, i, distance_threshold)
-        is_first = found < 0 or ids[i] < ids[found]
-        if away < nearest or (away == nearest < math.inf and is_first):
+        if comes_first(tick, i, away, found, nearest):
             found, nearest = i, away
     if found < 0:
         status: NodeStatus = _wait(tick, own, duration)
         return status
     own[0] = 0.0
-    give_result(tick, speaker_id, ids[found])
+    give_result(tick, speaker_id, number_of(tick, found))
     return SUCCESS
 
 

@@ -70,6 +70,13 @@ ROLES = (
 UNSEEN = float(RobotRole.UNSEEN)
 
 
+@jit_inline
+def act(tick, robot):
+    """Shows that the person does something, with a role of the robots."""
+    tick.behavior_status = 1
+    tick.robot_role = ROLES[int(robot)]
+
+
 @register_condition("IsGoalReached", ignored=IGNORED)
 @jit
 def is_goal_reached(tick: Tick, shared: bool = True) -> bool:

@@ -102,6 +102,23 @@ def row_of(tick, number):
     return -1
 
 
+@jit_inline
+def number_of(tick, index):
+    """Returns the number of a person, by the row."""
+    return integers_at(tick.ids)[index]
+
+
+@jit_inline
+def comes_first(tick, index, away, found, nearest):
+    """Returns whether a person is nearer than the one found, if any.
+
+    Of two who are equally near, it is the one with the lower number.
+    """
+    if away != nearest:
+        return away < nearest
+    return found >= 0 and number_of(tick, index) < number_of(tick, found)
+
+
 @jit_part
 def place_of(tick, code):
     """Returns the row of a place, by its `place_code`, or -1."""
@@ -224,7 +241,7 @@ def uniform(high, low, person, purpose, node, step):
 def draw(tick, purpose):
     """Returns the number in [0, 1) that a leaf draws in this tick."""
     memory = social_memory(tick)
-    person = integers_at(tick.ids)[tick.index]
+    person = number_of(tick, tick.index)
     high, low = memory[SEED], memory[SEED + 1]
     return uniform(high, low, person, purpose, tick.row, memory[TICKS])
 

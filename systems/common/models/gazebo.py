@@ -6,14 +6,21 @@ that could move stands where it begins.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import (
+    Callable,
+    Container,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+)
 from dataclasses import dataclass, field, replace
 import functools
 import math
 import os
 from pathlib import Path
 import re
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 import numpy as np
@@ -285,28 +292,46 @@ class _Source:
         return RigidTransform(turn, numbers[:3]), frame
 
 
+class _Member(NamedTuple):
+    """A model in a world or in a model, perhaps of another file.
+
+    Attributes:
+        element: Its element: <model> or <include>.
+        name: Its name.
+        model: The model; None if it is not there, or not needed.
+        posed: The element with its pose.
+    """
+
+    element: _Source
+    name: str
+    model: _Source | None
+    posed: _Source
+
+
+# Returns the models in a world or in a model.
+_Members = Callable[[_Source], Sequence[_Member]]
+
+
 class _Frames:
     """The poses of what is in a model or a world, in its frame."""
 
-    def __init__(self, source: _Source, poses: Mapping[int, Any]) -> None:
-        """Lists the frames; `poses` are those of includes, by element."""
+    def __init__(self, source: _Source, members: _Members) -> None:
+        """Lists the frames."""
         self._named: dict[str, tuple[RigidTransform, str, _Source]] = {}
         self._models: dict[str, _Source] = {}
-        for it in source.children("link", "frame", "model", "include", "joint"):
-            name, X, frame, model = it.name, *it.pose(), it
-            if id(it.element) in poses:
-                name, X, frame, model = poses[id(it.element)]
-            elif it.element.tag == "include":
-                continue
-            if it.element.tag in ("model", "include"):
-                self._models[name] = model
-                X = X @ _placement(model, it).inverse()
-            tag = {"frame": "attached_to", "joint": "child"}.get(it.element.tag)
-            if tag == "child":
-                frame = frame or it.text("child")
-            elif tag:
-                frame = frame or it.element.attributes.get(tag, "")
-            self._named.setdefault(name, (X, frame, it))
+        self._members = members
+        for it in source.children("link", "frame", "joint"):
+            X, frame = it.pose()
+            attached = it.element.attributes.get("attached_to", "")
+            if it.element.tag == "joint":
+                attached = it.text("child")
+            self._named.setdefault(it.name, (X, frame or attached, it))
+        for member in members(source):
+            X, frame = member.posed.pose()
+            if member.model is not None:
+                self._models.setdefault(member.name, member.model)
+                X = X @ _placement(member, members).inverse()
+            self._named.setdefault(member.name, (X, frame, member.element))
 
     def pose_of(self, name: str) -> RigidTransform:
         """Returns the pose of what has a name."""
@@ -320,7 +345,8 @@ class _Frames:
         while frame not in ("", "__model__", "world"):
             head, _, rest = frame.partition("::")
             if rest and head in self._models:
-                X = _Frames(self._models[head], {}).resolve(X, rest, source)
+                inner = _Frames(self._models[head], self._members)
+                X = inner.resolve(X, rest, source)
                 frame = head
             if frame in seen or frame not in self._named:
                 what = "leads back to itself" if frame in seen else "is not"
@@ -335,13 +361,15 @@ class _Frames:
         return X
 
 
-def _placement(model: _Source, posed: _Source) -> RigidTransform:
+def _placement(member: _Member, members: _Members) -> RigidTransform:
     """Returns the pose, in a model, of the frame that its pose is that of."""
+    model = member.model
+    assert model is not None
     own = model.element.attributes.get("placement_frame", "")
-    name = posed.text("placement_frame") or own
+    name = member.element.text("placement_frame") or own
     if not name:
         return RigidTransform()
-    return _Frames(model, {}).resolve(RigidTransform(), name, model)
+    return _Frames(model, members).resolve(RigidTransform(), name, model)
 
 
 @dataclass
@@ -360,6 +388,7 @@ class _Reader:
     movable: list[str] = field(default_factory=list)
     files: dict[Path, Element] = field(default_factory=dict)
     included: dict[tuple[str, Path], Path] = field(default_factory=dict)
+    members: dict[int, list[_Member]] = field(default_factory=dict)
     count: int = 0
 
     def read(self) -> GazeboFile:
@@ -372,7 +401,9 @@ class _Reader:
             for world in top.children("world"):
                 self._world(world)
             for model in top.children("model"):
-                self._placed(model, RigidTransform(), {}, "")
+                member = _Member(model, model.name, model, model)
+                X = _placement(member, self._members).inverse()
+                self._placed(model, model.pose()[0] @ X, None, model.name)
             if top.child("world") is None and top.child("model") is None:
                 raise top.fault("has neither <world> nor <model>; take another")
         except _Fault as fault:
@@ -437,60 +468,64 @@ class _Reader:
                     name.element.text.strip() for name in gone.children("name")
                 }
             for added in it.children("insertions"):
-                self._members(added, RigidTransform(), state, "")
+                self._add_members(added, RigidTransform(), state, "")
         for actor in world.children("actor"):
             self._actor(actor)
-        left = [
-            it
-            for it in world.element.children
-            if it.tag != "model" or it.attributes.get("name") not in deleted
-        ]
-        world = world.of(replace(world.element, children=left))
-        self._members(world, RigidTransform(), state, "")
+        self._add_members(world, RigidTransform(), state, "", deleted=deleted)
         known = ("model", "include", "state", "actor", "frame", "joint", "link")
         self.skipped.update(
             it.tag for it in world.element.children if it.tag not in known
         )
 
-    def _members(
+    def _members(self, source: _Source) -> Sequence[_Member]:
+        """Returns the models in a world or in a model."""
+        key = id(source.element)
+        if key not in self.members:
+            found = [
+                _Member(it, it.name, it, it) for it in source.children("model")
+            ]
+            found += map(self._member, source.children("include"))
+            self.members[key] = found
+        return self.members[key]
+
+    def _member(self, include: _Source) -> _Member:
+        model = None
+        try:
+            model = self._included(include)
+        except _Missing as fault:
+            missing = self.losses if self.skip_missing else self.faults
+            missing.append(str(fault))
+        except _Fault as fault:
+            self.faults.append(str(fault))
+        own = include.text("uri").rstrip("/").rpartition("/")[2]
+        name = include.text("name") or (model.name if model else own)
+        posed = include
+        if model is not None and include.child("pose") is None:
+            posed = model
+        return _Member(include, name, model, posed)
+
+    def _add_members(
         self,
         source: _Source,
         X_WM: RigidTransform,
         state: Mapping[str, _Source],
         name: str,
         still: bool = False,
+        deleted: Container[str] = (),
     ) -> _Frames:
         """Adds the models in a world or in a model, with this pose."""
-        included: dict[int, tuple[str, _Source, _Source]] = {}
-        poses: dict[int, Any] = {}
-        for it in source.children("include"):
-            try:
-                model = self._included(it)
-            except _Missing as fault:
-                missing = self.losses if self.skip_missing else self.faults
-                missing.append(str(fault))
+        frames = _Frames(source, self._members)
+        for it in self._members(source):
+            if it.model is None or it.name in deleted:
                 continue
-            except _Fault as fault:
-                self.faults.append(str(fault))
-                continue
-            if model is not None:
-                own = it.text("name") or model.name
-                posed = it if it.child("pose") is not None else model
-                included[id(it.element)] = own, model, posed
-                poses[id(it.element)] = own, *posed.pose(), model
-        frames = _Frames(source, poses)
-        for it in source.children("model", "include"):
-            own, model, posed = it.name, it, it
-            if it.element.tag == "include":
-                if id(it.element) not in included:
-                    continue
-                own, model, posed = included[id(it.element)]
-            X = X_WM @ frames.resolve(*posed.pose(), posed)
-            X = X @ _placement(model, posed).inverse()
-            path = f"{name}::{own}" if name else own
-            own_still = model.is_true("static") or it.is_true("static")
+            path = f"{name}::{it.name}" if name else it.name
+            own_still = still
+            X = frames.resolve(*it.posed.pose(), it.posed)
+            X = X @ _placement(it, self._members).inverse()
+            for element in (it.model, it.element):
+                own_still |= element.is_true("static")
             self._placed(
-                model, X, state.get(own), path, posed, still or own_still
+                it.model, X_WM @ X, state.get(it.name), path, own_still
             )
         return frames
 
@@ -521,34 +556,28 @@ class _Reader:
         self,
         model: _Source,
         X_WM: RigidTransform,
-        state: _Source | Mapping[str, _Source] | None,
+        state: _Source | None,
         name: str,
-        posed: _Source | None = None,
         still: bool = True,
     ) -> None:
-        """Adds a model whose frame, or other frame of it, has this pose."""
+        """Adds a model with this pose, or that of a state."""
         scale: Triple = (1.0, 1.0, 1.0)
         links: dict[str, _Source] = {}
         inner: dict[str, _Source] = {}
-        name = name or model.name
         self.count += 1
         if name.count("::") > _DEEPEST_MODEL or self.count > _MOST_MODELS:
             raise model.fault(
                 f"the file must have at most {_MOST_MODELS} models, and"
                 f" {_DEEPEST_MODEL} in each other; split it"
             )
-        if not isinstance(state, _Source):
-            if posed is None:
-                X_WM = X_WM @ model.pose()[0]
-                X_WM = X_WM @ _placement(model, model).inverse()
-        else:
+        if state is not None:
             # Those of Gazebo's states are poses in the world.
             X_WM = state.pose()[0]
             sx, sy, sz = state.numbers("scale", SIDES, (1.0, 1.0, 1.0))
             scale = sx, sy, sz
             links = {it.name: it for it in state.children("link")}
             inner = {it.name: it for it in state.children("model")}
-        frames = self._members(model, X_WM, inner, name, still)
+        frames = self._add_members(model, X_WM, inner, name, still)
         if not still and model.child("link") is not None:
             self.movable.append(name)
         for link in model.children("link"):
@@ -634,7 +663,14 @@ class _Reader:
                 sizes = it.numbers("scale", _SCALE, (1.0, 1.0, 1.0))
                 a, b, c = np.array(sizes * (3 // len(sizes))) * scale
                 _check_sizes(it, [a, b, c])
-                return self._mesh(it), (a, b, c)
+                mesh = self._mesh(it)
+                reach = np.abs(mesh.triangles * (a, b, c)).max()
+                if reach > _FAR:
+                    raise it.fault(
+                        f"the mesh reaches farther than {_FAR:g} m; correct"
+                        " <scale>"
+                    )
+                return mesh, (a, b, c)
             if child.tag in _SHAPES:
                 make, factors, rules = _SHAPES[child.tag]
                 numbers = np.array(
@@ -674,24 +710,27 @@ class _Reader:
     def _color(self, visual: _Source, part: Part) -> Color | None:
         """Returns the color of a visual; None is that of its mesh."""
         material = visual.child("material")
-        default = None if isinstance(part.shape, MeshFile) else GREY
-        if material is None:
-            return default
         see_through = visual.numbers("transparency", Rule(), (0.0,))[0]
         opacity = 1.0 - float(np.clip(see_through, 0.0, 1.0))
+        default = None
+        if not isinstance(part.shape, MeshFile):
+            default = *GREY[:3], opacity
+        if material is None:
+            return default
         script = material.child("script")
         named = script.text("name").lower().rpartition("/")[2] if script else ""
         if named in _NAMED:
             return *_NAMED[named], opacity
         for texture in material.element.all():
-            if texture.tag == "albedo_map" and default is not None:
-                return self._mean_color(texture.text, visual) or default
+            if texture.tag == "albedo_map":
+                color = self._mean_color(texture.text, visual)
+                return (*color, opacity) if color else default
         if material.child("diffuse") is None or named:
             return default
         r, g, b, *_ = np.clip(material.numbers("diffuse", _COLOR), 0.0, 1.0)
         return float(r), float(g), float(b), opacity
 
-    def _mean_color(self, uri: str, visual: _Source) -> Color | None:
+    def _mean_color(self, uri: str, visual: _Source) -> Triple | None:
         """Returns the mean color of an image; None if it cannot be read."""
         try:
             path = self.folders.find(uri, visual.path.parent)
@@ -726,7 +765,7 @@ class _Reader:
 
 
 @functools.lru_cache(maxsize=64)
-def _mean_of(path: Path, stamp: int) -> Color | None:
+def _mean_of(path: Path, stamp: int) -> Triple | None:
     from PIL import Image
 
     try:
@@ -734,7 +773,7 @@ def _mean_of(path: Path, stamp: int) -> Color | None:
             r, g, b = np.asarray(image.convert("RGB")).mean(axis=(0, 1)) / 255
     except (OSError, ValueError, Image.DecompressionBombError):
         return None
-    return float(r), float(g), float(b), 1.0
+    return float(r), float(g), float(b)
 
 
 def _grouped(lines: Sequence[str]) -> tuple[str, ...]:

@@ -28,10 +28,11 @@ from hunav_drake.systems.common.files import atomic_write
 
 MESHES = (".dae", ".stl", ".obj", ".gltf", ".glb")
 
-# The largest file, in bytes, number of triangles, and coordinate, in meters.
+# The largest file, in bytes, number of triangles, and coordinate, in units of
+# the file: many are in millimeters, and scaled where they are used.
 _MOST_BYTES = 200_000_000
 _MOST_TRIANGLES = 1_000_000
-_FARTHEST = 1e5
+_FARTHEST = 1e12
 
 # The size of textures that are kept, in pixels: replays hold all of them.
 _TEXTURE = 256
@@ -272,21 +273,19 @@ def _collada_part(name: str, content: bytes, part: str) -> bytes:
         for it in top.iter()
         if it.tag.endswith("}geometry") and it.get("name") == part
     }
-    names = []
+    names, kept_ones = [], 0
     for node in top.iter():
         for it in list(node):
             if not it.tag.endswith("}instance_geometry"):
                 continue
             url = it.get("url", "").removeprefix("#")
             names.append(node.get("name") or url)
-            if url not in ids and part not in (
-                node.get("name"),
-                node.get("id"),
-            ):
+            if url in ids or part in (node.get("name"), node.get("id")):
+                kept_ones += 1
+            else:
                 node.remove(it)
-                names.append("")
-    if names.count("") * 2 == len(names):
-        raise ValueError(_no_part(name, part, filter(None, names)))
+    if not kept_ones:
+        raise ValueError(_no_part(name, part, names))
     text: bytes = tostring(top)
     return text
 
@@ -308,10 +307,11 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
 
     result = trimesh.Scene()
     names = []
-    for mesh, name, X in _meshes(scene):
-        names.append(name)
-        is_read = path.suffix.lower() == ".dae" or not part
-        if not is_read and part not in (name, mesh.metadata.get("name")):
+    is_chosen = not part or path.suffix.lower() == ".dae"
+    for mesh, (node, name), X in _meshes(scene):
+        names.append(node)
+        given = (node, name, mesh.metadata.get("name"))
+        if not is_chosen and part not in given:
             continue
         mesh = mesh.copy()
         mesh.apply_transform(X)
@@ -334,7 +334,7 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
     if not np.abs(triangles).max() <= _FARTHEST:
         raise ValueError(
             f"{subject} has corners that are not finite, or farther than"
-            f" {_FARTHEST:g} m from its origin; correct them, or its unit"
+            f" {_FARTHEST:g} from its origin; correct them, or its unit"
         )
     if centered:
         middle = result.bounds.mean(axis=0)
@@ -343,13 +343,16 @@ def _scene(path: Path, part: str, centered: bool) -> Any:
     return result
 
 
-def _meshes(scene: Any) -> Iterator[tuple[Any, str, Array]]:
-    """Yields the meshes of a scene with their names and poses (4, 4)."""
+def _meshes(scene: Any) -> Iterator[tuple[Any, tuple[str, str], Array]]:
+    """Yields the meshes of a scene, with those of nodes in it.
+
+    Each comes with the names of its node and of itself, and its pose (4, 4).
+    """
     for node in scene.graph.nodes_geometry:
         X, name = scene.graph[node]
         mesh = scene.geometry[name]
         if getattr(mesh, "faces", None) is not None and len(mesh.faces):
-            yield mesh, str(name), X
+            yield mesh, (str(node), str(name)), X
 
 
 def _unit(path: Path) -> float:

@@ -44,7 +44,7 @@ _MATERIAL = re.compile(
 )
 _CONTROL = re.compile(r"<ros2_control\b.*?</ros2_control>", re.DOTALL)
 _COMMANDED = re.compile(
-    r"<joint\b[^>]*\bname=[\"']([^\"']+)[\"'][^>]*>"
+    r"<joint\b[^>]*\bname=[\"']([^\"']+)[\"'][^>]*(?<!/)>"
     r"(?:(?!</joint>).)*?<command_interface\b",
     re.DOTALL,
 )
