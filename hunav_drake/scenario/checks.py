@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 import dataclasses as dc
+import itertools
 import math
 from typing import Any
 import warnings
@@ -392,11 +393,13 @@ def check_names(scenario: Scenario) -> Iterator[Finding]:
 
 def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
     # Imported here, as below: only reading or writing needs no systems.
-    from hunav_drake.systems.behavior import BEHAVIORS
+    from hunav_drake.systems.behavior import BEHAVIORS, LoadBehavior, Tree
 
     profile = scenario.crowd.profile
     # Many people have the same behavior, which is checked once.
     known: dict[str, list[tuple[Loc, str]]] = {}
+    trees: dict[str, Tree] = {}
+    check = _name_check(scenario)
     for whole, behavior in _behaviors(scenario):
         if isinstance(behavior, str) and behavior in BEHAVIORS:
             continue
@@ -405,36 +408,63 @@ def _check_behaviors(scenario: Scenario) -> Iterator[Finding]:
             if len(known) == _MAX_UNKNOWN:
                 return
             known[key] = list(_behavior_faults(behavior, profile))
-        faults = known[key] or _named_faults(scenario, whole, behavior)
-        for loc, message in faults:
+            if not known[key]:
+                trees[key] = LoadBehavior(behavior, profile=profile)
+        for loc, message in known[key] or check(whole, trees[key]):
             yield Finding((*whole, *loc), message, uses=(whole,))
 
 
-def _named_faults(
-    scenario: Scenario, whole: Loc, behavior: str | BehaviorConfig
-) -> Iterator[tuple[Loc, str]]:
-    """Yields the first person or place that a tree names, and is not there."""
-    from hunav_drake.systems.behavior import BehaviorTreeError, LoadBehavior
+def _name_check(
+    scenario: Scenario,
+) -> Callable[[Loc, Any], list[tuple[Loc, str]]]:
+    """Returns what finds the first person or place that is not there.
+
+    It takes the place of a behavior in the scenario, and its tree.
+    """
+    from hunav_drake.systems.behavior import BehaviorTreeError
     from hunav_drake.systems.behavior.society import check_named
 
-    population = scenario.population
-    is_known = not (population.cohorts or population.sources)
-    ids = [it.id for it in scenario.humans if it.id is not None]
-    kind, i, *_ = whole
-    own = ids[int(i)] if kind == "humans" else None
     try:
         places = complete_places(scenario.places)
-    except ValueError:
+        numbers = _numbers(scenario)
+    except (OSError, ValueError):
         # (That is told by itself.)
-        return
-    try:
-        tree = LoadBehavior(behavior, profile=scenario.crowd.profile)
-        check_named(tree, own, ids if is_known else None, places)
-    except BehaviorTreeError as error:
-        yield (), str(error)
+        return lambda whole, tree: []
+    ids = {*itertools.chain.from_iterable(numbers.values())}
+
+    def check(whole: Loc, tree: Any) -> list[tuple[Loc, str]]:
+        own = numbers[whole[:-1] if whole[0] == "humans" else whole[:3]]
+        try:
+            check_named(tree, own, ids, places)
+        except BehaviorTreeError as error:
+            return [((), str(error))]
+        return []
+
+    return check
 
 
-def check_places(scenario: Scenario) -> Iterator[Finding]:
+def _numbers(scenario: Scenario) -> dict[Loc, list[int]]:
+    """Returns the numbers of all people, listed, recorded and drawn."""
+    population = scenario.population
+    counts: dict[Loc, int] = {}
+    if population.tracks is not None:
+        recorded = load_tracks(population.tracks).people
+        counts["population", "tracks"] = len(recorded)
+    for kind in ("cohorts", "sources"):
+        for i, it in enumerate(getattr(population, kind)):
+            counts["population", kind, i] = it.number
+    given = {it.id for it in scenario.humans}
+    free = (it for it in itertools.count(1) if it not in given)
+    result: dict[Loc, list[int]] = {
+        ("humans", i): [next(free) if it.id is None else it.id]
+        for i, it in enumerate(scenario.humans)
+    }
+    for loc, count in counts.items():
+        result[loc] = list(itertools.islice(free, count))
+    return result
+
+
+def check_place_names(scenario: Scenario) -> Iterator[Finding]:
     """Finds places of the same name or number."""
     try:
         complete_places(scenario.places)
@@ -540,7 +570,7 @@ def check_bodies(scenario: Scenario) -> Iterator[Finding]:
 # Checks that need neither the geometry of the world nor what is installed.
 OWN_CHECKS: tuple[Check, ...] = (
     check_people,
-    check_places,
+    check_place_names,
     check_epsilon,
     check_jitter,
     check_bodies,

@@ -219,10 +219,11 @@ class _Spot(NamedTuple):
 
 
 def check_places(scenario: Scenario) -> Iterator[Finding]:
-    """Finds starts and goals that walls or other bodies occupy.
+    """Finds starts, goals and places that walls or other bodies occupy.
 
-    Bodies must not overlap walls. A person's goal must not be inside a wall,
-    but may be closer to it than the radius: `goal_radius` is reached before.
+    Bodies must not overlap walls. A person's goal, or where people use a place,
+    must not be inside a wall, but may be closer to it than the radius:
+    `goal_radius` is reached before.
     """
     yield from _check_robot_and_people(scenario)
     robot = scenario.robot
@@ -241,6 +242,10 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
             _Spot((*loc, "goals", k), goal, 0.0)
             for k, goal in enumerate(human.goals)
         ]
+    for i, it in enumerate(scenario.places):
+        for k, (x, y, _) in enumerate(it.all_slots()):
+            part = ("slots", k) if it.slots else ("pose",)
+            spots.append(_Spot(("places", i, *part), (x, y), 0.0))
     yield from _check_spots(scenario, spots)
 
 

@@ -6,10 +6,16 @@ from hunav_drake.scenario.checks import first_lidar
 from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.scenario.schema import Scenario
-from hunav_drake.systems.behavior import BEHAVIORS
+from hunav_drake.systems.behavior import (
+    BEHAVIORS,
+    BehaviorTreeError,
+    LoadBehaviors,
+)
 from hunav_drake.systems.crowd.motion_model import MotionModel
+from hunav_drake.systems.people.behavior_choice import BehaviorConfig, tree_of
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.population_config import MembersConfig
+from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.planning.planner import asked_scan_size
 
 # The modes in which weights of forces are drawn at random.
@@ -59,6 +65,8 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "weights of forces"
     if sources:
         yield "arrivals at sources"
+    if any(_draws_in(it, scenario.crowd.profile) for it in people):
+        yield "chances of behaviors"
     robots = [part.scenario for part in robot_parts(scenario)]
     if any(map(_is_noise_seen, robots)):
         yield "noise of the lidar"
@@ -90,6 +98,23 @@ def _feels_weights(
         behaviors = {name for name, share in people.behaviors.items() if share}
     pushed = grouped or not behaviors <= _UNPUSHED
     return model.uses_weights == "pushed" and pushed
+
+
+def _draws_in(
+    people: HumanConfig | MembersConfig, profile: ProfileName
+) -> bool:
+    """Returns whether a behavior of people may draw at random."""
+    behaviors: list[str | BehaviorConfig]
+    if isinstance(people, HumanConfig):
+        behaviors = [people.behavior]
+    else:
+        behaviors = [name for name, share in people.behaviors.items() if share]
+    own = [it for it in behaviors if tree_of(it) not in BEHAVIORS]
+    try:
+        return any(it.draws for it in LoadBehaviors(own, profile=profile))
+    except BehaviorTreeError:
+        # (Whoever makes the trial is told.)
+        return False
 
 
 def _is_noise_seen(scenario: Scenario) -> bool:

@@ -175,6 +175,7 @@ class BehaviorTree(LeafSystem):
         if social.signals or any(it.is_social for it in trees):
             places = complete_places(social.places)
             society = Society.of(trees, self._people, ids, places)
+        self._society = society
         self._walk = Walk(
             [tree.program for tree in trees],
             self._people,
@@ -256,10 +257,13 @@ class BehaviorTree(LeafSystem):
 
     def DescribeMemory(self) -> list[str]:
         """Returns what the meaning of the state depends on."""
-        return [
+        described = [
             tree.describe_memory(person, self._num_robots)
             for tree, person in zip(self._trees, self._people, strict=True)
         ]
+        if self._society is not None:
+            described.append(self._society.describe_places())
+        return described
 
     def CheckMemory(self, memory: ArrayLike) -> None:
         """Checks that numbers can be the state of this system.

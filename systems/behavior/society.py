@@ -1,7 +1,8 @@
 """What social leaves know of everybody: numbers of people, and places."""
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Collection, Container, Iterator, Sequence
 from dataclasses import dataclass
+import hashlib
 from typing import Any, Protocol
 
 import numpy as np
@@ -86,7 +87,7 @@ class Society:
         rows = {number: row for row, number in enumerate(ids)}
         lists: dict[float, list[float]] = {}
         for tree, person in zip(trees, people, strict=True):
-            check_named(tree, person.id, rows, places)
+            check_named(tree, [person.id], rows, places)
             for _, _, numbers in _named(tree, Meaning.PEOPLE):
                 if len(numbers) > 1:
                     own = [rows[number] for number in numbers]
@@ -112,24 +113,38 @@ class Society:
             np.array([*lists.values()], dtype=float).reshape(-1, LIST_SIZE),
         )
 
+    def describe_places(self) -> str:
+        """Returns which places there are, but not where: rows have memory."""
+        which = self.places[:, [0, 1, 7, 8, 9]]
+        digest = hashlib.sha256(which.tobytes()).hexdigest()
+        return f"of {len(which)} places ({digest[:8]})"
+
 
 def check_named(
     tree: _HasNodes,
-    own: int | None,
-    ids: Container[int] | None,
+    own: Collection[int],
+    ids: Container[int],
     places: Sequence[Place],
 ) -> None:
     """Checks that people and places that a tree names are there.
 
     Args:
         tree: The tree.
-        own: The number of the person that ticks it, if it is known.
-        ids: The numbers of all people; None if they are not known yet.
+        own: The numbers of the people that tick it.
+        ids: The numbers of all people.
         places: All places, with names and numbers.
 
     Raises:
-        BehaviorTreeError: If a person or place is not there.
+        BehaviorTreeError: If a person or place is not there, or a leaf is to
+            act for another person.
     """
+    for node in tree.nodes:
+        others = [it for it in own if node.owner not in (None, it)]
+        if others:
+            raise node.error(
+                f"it is to act for person {node.owner}, but this is the tree"
+                f" of person {others[0]}; leave the number out"
+            )
     names = [it.name for it in places]
     known = {*names, *(f"{it.id}" for it in places)}
     for node, port, (name,) in _named(tree, Meaning.PLACE):
@@ -140,17 +155,17 @@ def check_named(
             )
     for meaning in (Meaning.PERSON, Meaning.PEOPLE):
         for node, port, numbers in _named(tree, meaning):
-            if ids is not None:
-                _check_people(node, port, numbers, ids)
+            _check_people(node, port, numbers, ids)
             if len(numbers) > MAX_PARTNERS or len(set(numbers)) < len(numbers):
                 raise node.error(
                     f"port {port}: must be at most {MAX_PARTNERS} different"
                     f" numbers, got {len(numbers)}"
                 )
-            if meaning is Meaning.PEOPLE and own in numbers:
+            mine = [it for it in own if it in numbers]
+            if meaning is Meaning.PEOPLE and mine:
                 raise node.error(
-                    f"port {port}: must be numbers of others, got {own}, the"
-                    " person's own"
+                    f"port {port}: must be numbers of others, got {mine[0]},"
+                    " the person's own"
                 )
 
 

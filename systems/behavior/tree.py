@@ -27,6 +27,9 @@ from hunav_drake.systems.common.layout import SILENT, STATE_SIZE
 # would otherwise let a small tree stop the simulation.
 MAX_WORK = 100_000
 
+# The leaves that draw at random; user-defined ones may, if they are social.
+_DRAWING = ("RandomChanceCondition",)
+
 
 class Outcome(NamedTuple):
     """The result of one tick.
@@ -92,6 +95,7 @@ class Tree:
         values: The values of its ports, as in XML.
         is_social: Whether a leaf of it takes notice of what people show each
             other.
+        draws: Whether a leaf of it may draw at random.
     """
 
     def __init__(self, parsed: ParsedTree) -> None:
@@ -109,6 +113,11 @@ class Tree:
         self.slots = parsed.assembled.slots
         self.texts = parsed.assembled.texts
         self.is_social = parsed.assembled.is_social
+        self.draws = any(
+            it.type.is_social
+            and (it.type.name in _DRAWING or not it.type.is_ours)
+            for it in self.nodes
+        )
         for node in self.nodes:
             check_thresholds(
                 node, {name: node.constant(name) for name in node.ports}

@@ -17,7 +17,12 @@ from hunav_drake.systems.behavior.nodes.scripts import (
     RUN_LEAF,
     STACK_SIZE,
 )
-from hunav_drake.systems.behavior.nodes.tick import COMMAND_AT, TICK, TICK_SIZE
+from hunav_drake.systems.behavior.nodes.tick import (
+    COMMAND_AT,
+    TICK,
+    TICK_FIELDS,
+    TICK_SIZE,
+)
 from hunav_drake.systems.behavior.nodes.tick_context import (
     GOAL_INDEX,
     Person,
@@ -34,9 +39,9 @@ from hunav_drake.systems.common.layout import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# Parts of a tick: what leaves write, goal and robot, and where it stopped.
+# Parts of a tick: what leaves write, goals and robot, and where it stopped.
 _WRITTEN = slice(COMMAND_AT - 1, COMMAND_AT + COMMAND_SIZE)
-_CHOICES = slice(_WRITTEN.stop, _WRITTEN.stop + 2)
+_CHOICES = [TICK_FIELDS.index(it) for it in ("goal", "noticed", "goal_place")]
 _PLACE = slice(TICK_SIZE - 4, TICK_SIZE - 1)
 _NOTHING = np.zeros(0)
 _NO_WALLS = Obstacles.from_shapes([], solid=[]).table
@@ -96,6 +101,9 @@ class Walk:
         self._kept: list[Array] = []
         self._ticks = np.zeros(len(people), TICK)
         known = self._society_fields(society) if society else {}
+        self._places: list[list[float]] | None = None
+        if society is not None:
+            self._places = society.places[:, 2:4].tolist()
         for i, tick in enumerate(self._ticks):
             fields = {
                 **self._tree_fields(programs[i]),
@@ -195,7 +203,10 @@ class Walk:
         while code:
             i, row, slot = work[_PLACE].view(np.int64).tolist()
             if context is None or context.person is not self._people[i]:
-                context = TickContext(self._people[i], [0.0], humans, robots)
+                places = self._places if self._programs[i].is_social else None
+                context = TickContext(
+                    self._people[i], [0.0], humans, robots, places
+                )
             try:
                 status = self._interrupted(code, i, row, slot, work, context)
             except Exception as error:
@@ -234,14 +245,17 @@ class Walk:
             raise node.error(f"nothing has set {entry} yet")
         status, *command = work[_WRITTEN].tolist()
         before = (command, int(status))
-        choices = work[_CHOICES].view(np.int64)
-        memory[GOAL_INDEX], noticed = choices.tolist()
-        context.begin(memory, *before, noticed)
+        choices = work.view(np.int64)
+        memory[GOAL_INDEX], *others = choices[_CHOICES].tolist()
+        context.begin(memory, *before, *others)
         # (Numba takes long to see that a member of an enum is a number.)
         result = int(program.leaves[row](context, memory))
         check_written(node, context, memory, before)
         work[_WRITTEN] = [context.behavior_status, *context.command]
-        choices[:] = memory[GOAL_INDEX], context.noticed
+        choices[_CHOICES] = (
+            *(int(memory[GOAL_INDEX]), context.noticed),
+            context.goal_place,
+        )
         own[:] = memory
         return result
 

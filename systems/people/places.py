@@ -95,7 +95,8 @@ def complete_places(places: Sequence[Place]) -> list[Place]:
     """Returns places with all names and numbers.
 
     Raises:
-        ValueError: If two places have the same name or number.
+        ValueError: If two places have the same name or number, or one has
+            another number as its name.
     """
     result = [
         replace(
@@ -103,6 +104,12 @@ def complete_places(places: Sequence[Place]) -> list[Place]:
         )
         for i, it in enumerate(places, 1)
     ]
+    for i, it in enumerate(result):
+        if it.name.isdecimal() and it.name != str(it.id):
+            raise ValueError(
+                f"places[{i}] has the name {it.name!r} and the number {it.id},"
+                " and trees name places by both; give it a name in words"
+            )
     for what in ("name", "id"):
         taken: dict[object, int] = {}
         for i, it in enumerate(result):

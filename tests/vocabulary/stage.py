@@ -55,9 +55,10 @@ class Stage:
         robot: Any = None,
         **options: Any,
     ) -> None:
-        """`robot` returns its state (7,) at a time; without, there is none."""
+        """`robot` returns the states (7m,) of robots at a time, if any."""
+        count = 0 if robot is None else len(robot(0.0)) // STATE_SIZE
         self.diagram = MakeHumans(
-            people, places=places, num_robots=int(robot is not None), **options
+            people, places=places, num_robots=count, **options
         )
         self._robot = robot
         self._simulator = Simulator(self.diagram)

@@ -188,6 +188,7 @@ class _Finisher:
             first,
             tuple(slot for slot, _ in own),
             conditions,
+            draft.owner,
         )
 
     def port_value(self, draft: Draft, port: Port) -> Constant | Variable:

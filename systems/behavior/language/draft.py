@@ -31,6 +31,7 @@ class Draft:
         source: The texts of both.
         kind: The common type of its ports that take any entry.
         children: The nodes under it.
+        owner: As `Node.owner`.
     """
 
     type: NodeType
@@ -42,6 +43,7 @@ class Draft:
     source: dict[str, str] = field(default_factory=dict)
     kind: EntryType = field(default_factory=EntryType)
     children: list["Draft"] = field(default_factory=list)
+    owner: int | None = None
 
     def add_condition(self, attribute: str, text: str) -> None:
         """Parses a pre- or post-condition."""

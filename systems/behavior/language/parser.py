@@ -65,6 +65,10 @@ class ParsedTree:
     values: Mapping[str, str]
 
 
+# The attributes that name the person that ticks a tree.
+_OWNERS = ("agent_id", "main_agent_id")
+
+
 class _Parser:
     def __init__(
         self, documents: Documents, node_types: Iterable[NodeType]
@@ -135,6 +139,9 @@ class _Parser:
             draft.add_condition(attribute, text)
             return
         if attribute in draft.type.ignored:
+            is_number = attribute in _OWNERS and text.strip().isdecimal()
+            if is_number and draft.type.is_social:
+                draft.owner = int(text)
             return
         name = PORT_ALIASES.get((draft.type.name, attribute), attribute)
         port = draft.type.ports.get(name)

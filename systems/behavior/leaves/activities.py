@@ -27,6 +27,7 @@ from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     look_at,
+    num_bodies,
     number_of,
     own_signal,
     place_of,
@@ -97,7 +98,7 @@ def _is_before(tick, index, since):
 def _rank(tick, place, since):
     """Returns how many people are before the person in a queue."""
     rank = 0
-    for i in range(tick.num_humans):
+    for i in range(num_bodies(tick)):
         signal = signal_of(tick, i)
         is_in = signal[_ACTIVITY] == _QUEUE and signal[_PLACE] == place
         rank += i != tick.index and is_in and _is_before(tick, i, since)
@@ -134,7 +135,9 @@ def queue(
     x, y, yaw = pose_of(tick, row)
     spacing, seconds = _row(tick, row)[5], _row(tick, row)[6]
     before = signal_of(tick, tick.index)
-    is_in = before[_ACTIVITY] == _QUEUE and before[_PLACE] == row
+    begins = own[1] == 0
+    is_shown = before[_ACTIVITY] == _QUEUE and before[_PLACE] == row
+    is_in = is_shown and not begins
     rank = _rank(tick, row, before[_SINCE] if is_in else math.inf)
     x -= rank * spacing * math.cos(yaw)
     y -= rank * spacing * math.sin(yaw)
@@ -145,7 +148,7 @@ def queue(
     if not is_in and math.hypot(x - tick.x, y - tick.y) > join_distance:
         walk_to(tick, x, y, tick.max_speed)
         return RUNNING
-    show_activity(tick, _QUEUE, row, -1)
+    show_activity(tick, _QUEUE, row, -1, not is_in)
     if not settle(tick, x, y):
         return RUNNING
     if _turn(tick, yaw) and rank == 0 and is_in:
@@ -169,7 +172,7 @@ def _activity(tick, place):
 @jit_part
 def _is_claimed(tick, place, slot, since):
     """Returns whether another one's claim of a slot is before the own one."""
-    for i in range(tick.num_humans):
+    for i in range(num_bodies(tick)):
         signal = signal_of(tick, i)
         if i == tick.index or signal[_PLACE] != place or signal[_SLOT] != slot:
             continue
@@ -234,6 +237,11 @@ def use_place(
     action fails after `patience` of that.
     """
     row = place_of(tick, place)
+    if row < 0 and float(place) != 0:
+        own[0] = 0.0
+        own[1] = 0.0
+        own[2] = 0.0
+        return FAILURE
     act(tick, robot)
     if not _holds(tick, own):
         own[0] = 0.0
@@ -262,6 +270,9 @@ def use_place(
     if steps_reach(own[0], tick.time_step, seconds):
         own[0] = 0.0
         own[2] = 0.0
+        # (The place is free.)
+        signal[_PLACE] = -1.0
+        signal[_SLOT] = -1.0
         return SUCCESS
     return RUNNING
 

@@ -14,8 +14,14 @@ from hunav_drake.systems.behavior.leaves.invitations import (
     TALK,
     WALK,
     circle_slot,
+    group_of,
 )
-from hunav_drake.systems.behavior.leaves.pacing import face, settle, stand
+from hunav_drake.systems.behavior.leaves.pacing import (
+    face,
+    run_for,
+    settle,
+    stand,
+)
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.social_ports import (
     People,
@@ -28,7 +34,6 @@ from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     look_at,
-    number_of,
     own_signal,
     people_in,
     place_of,
@@ -49,7 +54,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
-from hunav_drake.systems.common.layout import MAX_PARTNERS, Signal
+from hunav_drake.systems.common.layout import MAX_PARTNERS, OUTSIDE, Signal
 
 _HOST, _OPEN = int(Signal.HOST), int(Signal.OPEN)
 _X, _Y = int(Signal.CENTER_X), int(Signal.CENTER_Y)
@@ -132,7 +137,8 @@ def _begin(tick, own, partners, goal_id):
     rows = np.empty(count, np.int64)
     rows[0] = tick.index
     for i in range(len(partners)):
-        if partners[i] == tick.index:
+        is_there = human_at(tick, partners[i]).x != OUTSIDE
+        if partners[i] == tick.index or not is_there:
             return False
         rows[i + 1] = partners[i]
     x, y = 0.0, 0.0
@@ -179,7 +185,7 @@ def _begin(tick, own, partners, goal_id):
 @jit_inline
 def _offer(tick, own, count):
     """Shows the offer of a circle to the people named."""
-    show_activity(tick, TALK, -1, own[6])
+    show_activity(tick, TALK, -1, own[6], own[1] == 0 and own[2] == 0)
     signal = own_signal(tick)
     signal[_HOST] = tick.index
     signal[_OPEN] = CLOSED
@@ -233,8 +239,7 @@ def set_group_walk(
         own[0] = 0.0
         return FAILURE
     act(tick, robot)
-    number = number_of(tick, tick.index)
-    tick.group_id = number
+    tick.group_id = group_of(tick.index)
     show_activity(tick, WALK, -1, -1)
     signal = own_signal(tick)
     signal[_HOST] = tick.index
@@ -248,8 +253,5 @@ def set_group_walk(
     signal[_Y] = y
     for i in range(len(partners)):
         signal[_PARTNERS + i] = partners[i]
-    own[0] += 1
-    if duration > 0 and steps_reach(own[0], tick.time_step, duration):
-        own[0] = 0.0
-        return SUCCESS
-    return RUNNING
+    status: NodeStatus = run_for(tick, own, duration)
+    return status

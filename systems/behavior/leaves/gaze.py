@@ -24,10 +24,13 @@ from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
+    body_at,
     comes_first,
     give_result,
     is_clear,
     look_at,
+    notice,
+    num_bodies,
     number_of,
     place_of,
     pose_of,
@@ -43,8 +46,8 @@ from hunav_drake.systems.behavior.nodes.status import (
 from hunav_drake.systems.behavior.nodes.tick import (
     Tick,
     human_at,
+    kept_robot,
     robot_at,
-    robot_of,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -102,10 +105,13 @@ def look_at_agent(
     return status
 
 
-@register_action("LookAtRobot", ignored=IGNORED, social=True)
+@register_action(
+    "LookAtRobot", memory={"robot": 0.0}, ignored=IGNORED, social=True
+)
 @jit
 def look_at_robot(
     tick: Tick,
+    own: Array,
     yaw_tolerance: Angle = 0.05,
     walk: bool = False,
     turn_rate: TurnRate = TURN_RATE,
@@ -114,7 +120,7 @@ def look_at_robot(
 
     It runs until the person faces it within `yaw_tolerance`.
     """
-    index = robot_of(tick)
+    index = kept_robot(tick, own, 0)
     if index < 0:
         return FAILURE
     it = robot_at(tick, index)
@@ -122,6 +128,8 @@ def look_at_robot(
     status: NodeStatus = _turn_to(
         tick, target, it.x, it.y, yaw_tolerance, walk, turn_rate
     )
+    if status == SUCCESS:
+        own[0] = 0.0
     return status
 
 
@@ -150,8 +158,8 @@ def look_at_point(
 
 @jit_inline
 def _looks_at_me(tick, index, distance, angle, occlusion):
-    """Returns the distance of a person who looks at me; else infinity."""
-    it = human_at(tick, index)
+    """Returns the distance of a body that looks at me; else infinity."""
+    it = body_at(tick, index)
     away = distance_between(tick, it)
     if index == tick.index or away > distance:
         return math.inf
@@ -207,17 +215,24 @@ def is_anyone_looking_at_me(
     """Waits until somebody near has looked here for `hold`.
 
     It fails after `duration`. The entry of `observer_id` gets the number of
-    the nearest. The person walks on meanwhile.
+    the one who has, the nearest at first; if it is a robot, -1, and that robot
+    is noticed. The person walks on meanwhile.
     """
-    found, nearest = -1, math.inf
-    for i in range(tick.num_humans):
+    found, nearest, before = -1, math.inf, -1
+    for i in range(num_bodies(tick)):
         away = _looks_at_me(
             tick, i, distance_threshold, angle_threshold, occlusion
         )
         if comes_first(tick, i, away, found, nearest):
             found, nearest = i, away
+        if i == own[1] and away < math.inf:
+            before = i
+    if before >= 0:
+        # (Another who comes nearer does not end a look.)
+        found = before
     status: NodeStatus = _watch(tick, own, found, duration, hold)
     if status == SUCCESS:
+        notice(tick, found)
         give_result(tick, observer_id, number_of(tick, found))
     return status
 

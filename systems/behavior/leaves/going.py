@@ -16,6 +16,7 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     PositiveDistance,
     TurnRate,
     face,
+    run_for,
     speed_of,
     stand,
     walk_to,
@@ -54,8 +55,8 @@ from hunav_drake.systems.behavior.nodes.tick import (
     cast_ray,
     has_goal,
     human_at,
+    kept_robot,
     robot_at,
-    robot_of,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import (
     LATER_PLACES,
@@ -86,16 +87,6 @@ _SLOWLY, _SOON = 0.3, 0.5
 # How far a person flees at a time, the room that this takes, and the distance
 # beyond which it is enough, in meters.
 _FLIGHT, _ROOM, _FAR_ENOUGH = 2.0, 1.0, 0.3
-
-
-@jit_inline
-def _run(tick, own, duration):
-    """Returns the status of an action that lasts `duration`, or for ever."""
-    own[0] += 1
-    if duration > 0 and steps_reach(own[0], tick.time_step, duration):
-        own[0] = 0.0
-        return SUCCESS
-    return RUNNING
 
 
 @register_action("GoTo", ignored=(*IGNORED, "stop_duration"), social=True)
@@ -200,7 +191,7 @@ def approach_agent(
     act(tick, robot)
     look_at(tick, target, it.x, it.y)
     there = _approach(tick, it, closest_dist, max_vel, turn_rate)
-    status: NodeStatus = _run(tick, own, duration)
+    status: NodeStatus = run_for(tick, own, duration)
     if there and end_on_arrival != 0:
         own[0] = 0.0
         return SUCCESS
@@ -251,13 +242,15 @@ def follow_agent(
         face(tick, it.x, it.y, turn_rate)
     else:
         walk_to(tick, it.x, it.y, speed)
-    status: NodeStatus = _run(tick, own, duration)
+    status: NodeStatus = run_for(tick, own, duration)
     if status == SUCCESS:
         own[1] = 0.0
     return status
 
 
-@register_action("ApproachRobot", memory={"ticks": 0.0}, ignored=IGNORED)
+@register_action(
+    "ApproachRobot", memory={"ticks": 0.0, "robot": 0.0}, ignored=IGNORED
+)
 @jit
 def approach_robot(
     tick: Tick,
@@ -272,7 +265,7 @@ def approach_robot(
 
     It ends after `duration`; it fails if there is no robot.
     """
-    index = robot_of(tick)
+    index = kept_robot(tick, own, 1)
     if index < 0:
         own[0] = 0.0
         return FAILURE
@@ -288,7 +281,9 @@ def approach_robot(
         walk_to(tick, it.x + part * px, it.y + part * py, speed)
     else:
         _approach(tick, it, closest_dist, max_vel, turn_rate)
-    status: NodeStatus = _run(tick, own, duration)
+    status: NodeStatus = run_for(tick, own, duration)
+    if status == SUCCESS:
+        own[1] = 0.0
     return status
 
 
@@ -334,13 +329,13 @@ def block_agent(
     show_activity(tick, _BLOCK, -1, -1)
     it = human_at(tick, target)
     block(tick, it, front_dist, max_vel, turn_rate)
-    status: NodeStatus = _run(tick, own, duration)
+    status: NodeStatus = run_for(tick, own, duration)
     return status
 
 
 @register_action(
     "AvoidRobot",
-    memory={"ticks": 0.0, "flees": 0.0},
+    memory={"ticks": 0.0, "flees": 0.0, "robot": 0.0},
     ignored=IGNORED,
     social=True,
 )
@@ -361,7 +356,7 @@ def avoid_robot(
     it stands and faces the robot, or walks on to its goal. The action ends
     after `duration`; it fails if there is no robot.
     """
-    index = robot_of(tick)
+    index = kept_robot(tick, own, 2)
     if index < 0:
         own[0] = 0.0
         own[1] = 0.0
@@ -381,9 +376,10 @@ def avoid_robot(
     elif int(then) == 0:
         stand(tick)
         face(tick, it.x, it.y, turn_rate)
-    status: NodeStatus = _run(tick, own, duration)
+    status: NodeStatus = run_for(tick, own, duration)
     if status == SUCCESS:
         own[1] = 0.0
+        own[2] = 0.0
     return status
 
 

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import numpy as np
 
+from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
+from hunav_drake.systems.behavior.nodes.status import RUNNING, SUCCESS
 from hunav_drake.systems.common.kernels import jit_inline
 from hunav_drake.systems.common.layout import Hold
 from hunav_drake.systems.common.schema import within
@@ -140,6 +142,19 @@ def walk_to(tick, x, y, speed):
     head_for(tick, x, y, _REACH)
     tick.desired_speed = speed
     tick.max_speed = speed
+
+
+@jit_inline
+def run_for(tick, own, duration):
+    """Returns the status of an action that lasts `duration`, or for ever.
+
+    The first of its own numbers counts the ticks.
+    """
+    own[0] += 1
+    if duration > 0 and steps_reach(own[0], tick.time_step, duration):
+        own[0] = 0.0
+        return SUCCESS
+    return RUNNING
 
 
 @jit_inline

@@ -14,7 +14,7 @@ NOBODY = -1
 # Numbers of people, as "2, 3".
 People = Annotated[
     str,
-    StringConstraints(pattern=r"^\s*\d{1,9}(\s*,\s*\d{1,9})*\s*$"),
+    StringConstraints(pattern=r"^\s*\d{1,10}(\s*,\s*\d{1,10})*\s*$"),
     Meaning.PEOPLE,
 ]
 

@@ -18,8 +18,11 @@ from hunav_drake.systems.behavior.nodes.control_flow import (
 )
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
+    body_at,
     comes_first,
     give_result,
+    notice,
+    num_bodies,
     number_of,
     row_of,
     say,
@@ -33,7 +36,7 @@ from hunav_drake.systems.behavior.nodes.status import (
     NodeStatus,
 )
 from hunav_drake.systems.behavior.nodes.texts import WORDS
-from hunav_drake.systems.behavior.nodes.tick import Tick, human_at
+from hunav_drake.systems.behavior.nodes.tick import Tick
 from hunav_drake.systems.behavior.nodes.tick_context import TICKS_LEFT
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -61,12 +64,14 @@ def say_something(
 
     It lasts `duration`, by default 0.4 s a word and at least 1 s; another text
     replaces it. The person walks on meanwhile. With `wait`, it runs until the
-    text is said.
+    text is said. It fails if the person to hear it is not there.
     """
     if own[0] == 0:
         if duration == 0:
             duration = max(_LEAST, _WORD * (float(message) % WORDS))
-        addressee = row_of(tick, to) if to >= 0 else -1
+        addressee = row_of(tick, to) if to != NOBODY else -1
+        if to != NOBODY and addressee < 0:
+            return FAILURE
         say(tick, message, addressee, steps_of(duration, tick.time_step))
         own[0] = 1.0
     if wait != 0 and social_memory(tick)[TICKS_LEFT] > 0:
@@ -87,10 +92,10 @@ def _wait(tick, own, duration):
 
 @jit_inline
 def _hears(tick, index, distance):
-    """Returns the distance of a person who speaks near; else infinity."""
+    """Returns the distance of a body that speaks near; else infinity."""
     if index == tick.index or signal_of(tick, index)[_SAID] == 0:
         return math.inf
-    away = distance_between(tick, human_at(tick, index))
+    away = distance_between(tick, body_at(tick, index))
     return away if away <= distance else math.inf
 
 
@@ -107,11 +112,11 @@ def is_anyone_speaking(
 ) -> NodeStatus:
     """Waits until somebody speaks near; fails after `duration`.
 
-    The entry of `speaker_id` gets the number of the nearest. The person walks
-    on meanwhile.
+    The entry of `speaker_id` gets the number of the nearest; if it is a robot,
+    -1, and that robot is noticed. The person walks on meanwhile.
     """
     found, nearest = -1, math.inf
-    for i in range(tick.num_humans):
+    for i in range(num_bodies(tick)):
         away = _hears(tick, i, distance_threshold)
         if comes_first(tick, i, away, found, nearest):
             found, nearest = i, away
@@ -119,6 +124,7 @@ def is_anyone_speaking(
         status: NodeStatus = _wait(tick, own, duration)
         return status
     own[0] = 0.0
+    notice(tick, found)
     give_result(tick, speaker_id, number_of(tick, found))
     return SUCCESS
 

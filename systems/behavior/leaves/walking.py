@@ -181,7 +181,7 @@ def keep_place(tick: Tick, own: Array, speed: PortSpeed = 0.6) -> NodeStatus:
     a robot or another person is on the way. The action fails if there is
     nothing to do.
     """
-    if has_goal(tick):
+    if has_goal(tick) or host_of(tick) >= 0:
         own[0] = 0.0
         return FAILURE
     if own[0] == 0:

@@ -55,6 +55,7 @@ class Node:
         first: The index of its first slot in the memory.
         slots: The names of its slots.
         conditions: Its conditions, if it has any.
+        owner: The number given as that of the person that ticks it, if any.
     """
 
     type: "NodeType"
@@ -65,6 +66,7 @@ class Node:
     first: int
     slots: tuple[str, ...]
     conditions: Conditions | None = None
+    owner: int | None = None
 
     def error(self, message: str) -> BehaviorTreeError:
         """Returns an error at this node."""

@@ -31,6 +31,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
 from hunav_drake.systems.common.kernels import jit_inline, jit_part
 from hunav_drake.systems.common.layout import (
     MAX_PARTNERS,
+    OUTSIDE,
     SIGNAL_SIZE,
     SILENT,
     Hold,
@@ -77,6 +78,12 @@ def social_memory(tick):
     return numbers_at(tick.social)
 
 
+@jit_inline
+def num_bodies(tick):
+    """Returns the number of people and robots."""
+    return tick.num_humans + tick.num_robots
+
+
 @jit_part
 def body_at(tick, index):
     """Returns the state of a person, or of a robot after the people."""
@@ -94,29 +101,36 @@ def is_clear(tick, one, other):
 
 @jit_part
 def row_of(tick, number):
-    """Returns the row of the person with a number, or -1."""
+    """Returns the row of the person with a number who is there, or -1."""
     ids = integers_at(tick.ids)
     for i in range(tick.num_humans):
         if ids[i] == number:
-            return i
+            return -1 if human_at(tick, i).x == OUTSIDE else i
     return -1
 
 
 @jit_inline
 def number_of(tick, index):
-    """Returns the number of a person, by the row."""
-    return integers_at(tick.ids)[index]
+    """Returns the number of a person, by the row; of a robot, -1."""
+    return integers_at(tick.ids)[index] if index < tick.num_humans else -1
 
 
 @jit_inline
 def comes_first(tick, index, away, found, nearest):
-    """Returns whether a person is nearer than the one found, if any.
+    """Returns whether a body is nearer than the one found, if any.
 
     Of two who are equally near, it is the one with the lower number.
     """
     if away != nearest:
         return away < nearest
     return found >= 0 and number_of(tick, index) < number_of(tick, found)
+
+
+@jit_inline
+def notice(tick, index):
+    """Makes a body, if it is a robot, the one to react to."""
+    if index >= tick.num_humans:
+        tick.noticed = index - tick.num_humans
 
 
 @jit_part
@@ -189,13 +203,17 @@ def look_at(tick, target, x, y):
 
 
 @jit_part
-def show_activity(tick, activity, place, slot):
-    """Shows an activity, perhaps at a place, since the tick it began."""
+def show_activity(tick, activity, place, slot, begins=False):
+    """Shows an activity, perhaps at a place, since the tick it began.
+
+    What was shown in the tick before goes on, unless it `begins` anew.
+    """
     own, before = own_signal(tick), signal_of(tick, tick.index)
     own[_ACTIVITY] = activity
     own[_PLACE] = place
     own[_SLOT] = slot
-    goes_on = before[_ACTIVITY] == activity and before[_PLACE] == place
+    is_same = before[_PLACE] == place and before[_SLOT] == slot
+    goes_on = before[_ACTIVITY] == activity and is_same and not begins
     own[_SINCE] = before[_SINCE] if goes_on else ticks_of(tick)
 
 

@@ -32,7 +32,7 @@ from hunav_drake.systems.world.ray_cast import ray_cast
 # the row of `human_states`, in W, and the behavior status and the command, laid
 # out as `layout.Command`: before any leaf writes, it is to walk to the current
 # goal. Leaves write these two, and only read the rest. Arrays are addresses.
-_FIELDS = (
+TICK_FIELDS = (
     *("index", *STATE_FIELDS, "behavior_status"),
     *(it.name.lower() for it in Command),
     # The index of the current goal, and of the robot to react to, or -1.
@@ -72,14 +72,14 @@ PLACE_SIZE = 10
 
 # In a tick, the numbers before the state and before the command, and of all.
 STATE_AT, COMMAND_AT = 1, 1 + STATE_SIZE + 1
-TICK_SIZE = len(_FIELDS)
+TICK_SIZE = len(TICK_FIELDS)
 _REAL = {
-    *_FIELDS[STATE_AT : COMMAND_AT + COMMAND_SIZE],
+    *TICK_FIELDS[STATE_AT : COMMAND_AT + COMMAND_SIZE],
     *("reach", "body_radius", "time_step"),
 }
 
 TICK = np.dtype(
-    [(it, np.float64 if it in _REAL else np.int64) for it in _FIELDS]
+    [(it, np.float64 if it in _REAL else np.int64) for it in TICK_FIELDS]
 )
 TICK_RECORD = numba.from_dtype(TICK)
 STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
@@ -164,16 +164,20 @@ def aim(tick):
 def later_place(tick, is_last):
     """Takes the next of the places to come: 1 + its row, or 0.
 
-    Those after the person's own goals count if it `is_last`.
+    Those after the person's own goals count from when it `is_last`.
     """
     later = numbers_at(tick.social + 8 * LATER_PLACES)
+    if is_last:
+        for i in range(MAX_PLACES):
+            later[i] = abs(later[i])
     for i in range(MAX_PLACES):
-        if later[i] > 0 or (is_last and later[i] < 0):
-            place = np.int64(abs(later[i]))
+        if later[i] > 0:
+            place = np.int64(later[i])
             for k in range(i, MAX_PLACES - 1):
                 later[k] = later[k + 1]
             later[MAX_PLACES - 1] = 0.0
-            return place if place <= tick.num_places else 0
+            # (The memory may be of a trial with other places.)
+            return place if 1 <= place <= tick.num_places else 0
     return 0
 
 
@@ -195,6 +199,20 @@ def robot_of(tick):
         if away < nearest:
             found, nearest = i, away
     return found
+
+
+@jit_inline
+def kept_robot(tick, own, at):
+    """Returns the index of the robot that an action goes on with, or -1.
+
+    It is that of its first tick, one of the numbers of the action, unless a
+    condition notices another; for what follows, it is noticed.
+    """
+    if tick.noticed < 0 and 0 < own[at] <= tick.num_robots:
+        tick.noticed = np.int64(own[at]) - 1
+    tick.noticed = robot_of(tick)
+    own[at] = tick.noticed + 1.0
+    return tick.noticed
 
 
 @jit_inline

@@ -179,8 +179,11 @@ class TickContext:
     """
 
     __slots__ = (
+        "_goal_place",
         "_human_states",
+        "_is_social",
         "_memory",
+        "_places",
         "behavior_status",
         "command",
         "noticed",
@@ -195,6 +198,7 @@ class TickContext:
         memory: list[float],
         human_states: Array,
         robot_states: Array,
+        places: Sequence[Sequence[float]] | None = None,
     ) -> None:
         """Constructs a TickContext.
 
@@ -203,8 +207,13 @@ class TickContext:
             memory: The memory of the tree; the tick changes it.
             human_states: Shape (7n,), see `common.layout`.
             robot_states: Shape (7m,), see `common.layout`.
+            places: The position (x, y) of each place in W, in meters; None if
+                the tree has no social leaves.
         """
         self.person = person
+        self._places = places or ()
+        self._is_social = places is not None
+        self._goal_place = 0
         self.command = list(person.commands[int(memory[GOAL_INDEX])])
         self.behavior_status = 0
         self._memory = memory
@@ -221,9 +230,11 @@ class TickContext:
         command: list[float],
         behavior_status: int,
         noticed: int,
+        goal_place: int,
     ) -> None:
         """Takes what a leaf finds: what the nodes before it have written."""
         self._memory = memory
+        self._goal_place = goal_place
         self.command = list(command)
         self.behavior_status = behavior_status
         self.noticed = noticed
@@ -300,8 +311,16 @@ class TickContext:
         return part
 
     @property
+    def goal_place(self) -> int:
+        """The place that is the current goal: 1 + its row, or 0."""
+        return self._goal_place
+
+    @property
     def goal(self) -> tuple[float, float] | None:
         """The current goal in W, in meters; None once none is left."""
+        if self._goal_place:
+            x, y = self._places[self._goal_place - 1]
+            return x, y
         index = int(self._memory[GOAL_INDEX])
         goals = self.person.goals
         return goals[index] if index < len(goals) else None
@@ -312,15 +331,41 @@ class TickContext:
         Returns:
             Whether there was a goal to drop.
         """
-        person = self.person
-        index = int(self._memory[GOAL_INDEX])
-        if index == len(person.goals):
+        # (As `tick.next_goal`.)
+        if self.goal is None:
             return False
-        index += 1
-        if person.cyclic and index == len(person.goals):
-            index = 0
-        self._memory[GOAL_INDEX] = float(index)
+        person = self.person
+        index, count = int(self._memory[GOAL_INDEX]), len(person.goals)
+        is_last = False
+        if self._goal_place:
+            self._goal_place = 0
+        else:
+            index += 1
+            is_last = index == count
+            if person.cyclic and is_last:
+                index = 0
+            self._memory[GOAL_INDEX] = float(index)
+        if self._is_social:
+            self._goal_place = self._later_place(is_last or index == count)
         following = person.commands[index]
         for i in (Command.GOAL_X, Command.GOAL_Y, Command.HAS_GOAL):
             self.command[i] = following[i]
+        if self.goal is not None:
+            self.command[Command.GOAL_X], self.command[Command.GOAL_Y] = (
+                self.goal
+            )
+            self.command[Command.HAS_GOAL] = 1.0
         return True
+
+    def _later_place(self, is_last: bool) -> int:
+        """Takes the next of the places to come: see `tick.later_place`."""
+        first = len(PERSON_MEMORY) + LATER_PLACES
+        later = self._memory[first : first + MAX_PLACES]
+        if is_last:
+            later = [abs(it) for it in later]
+        place = next((it for it in later if it > 0), 0.0)
+        if place:
+            later.remove(place)
+            later.append(0.0)
+        self._memory[first : first + MAX_PLACES] = later
+        return int(place) if place <= len(self._places) else 0

@@ -27,7 +27,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     TICK_SIZE,
     command_to,
 )
-from hunav_drake.systems.behavior.nodes.tick_context import TICKS
+from hunav_drake.systems.behavior.nodes.tick_context import SEED, TICKS
 from hunav_drake.systems.common.kernels import (
     CHANGED_VECTOR,
     INTEGER,
@@ -121,13 +121,15 @@ def _begin(tick, words, memory, humans, robots, signals):
     for i in range(tick.num_slots):
         after[i] = memory[tick.first_slot + i]
     if is_outside:
-        ticks = after[1 + TICKS] if tick.social != 0 else 0.0
         initial = numbers_at(tick.initial)
         for i in range(tick.num_slots):
             after[i] = initial[i]
         if tick.social != 0:
-            # (Ticks of all people are counted alike.)
-            after[1 + TICKS] = ticks + 1
+            # (Ticks of all people are counted alike; the seed is the trial's.)
+            first = tick.first_slot + 1
+            after[1 + TICKS] = memory[first + TICKS] + 1
+            for i in (SEED, SEED + 1):
+                after[1 + i] = memory[first + i]
     tick.goal = min(max(after[0], 0.0), tick.num_goals)
     command = command_to(tick, tick.num_goals if is_outside else tick.goal)
     for i in range(COMMAND_SIZE):
