@@ -12,6 +12,7 @@ from hunav_drake import (
     LoadScenario,
     MakeTrialDiagram,
     MakeTrialSimulator,
+    PlannerError,
     ReadRecording,
     RunTrial,
     SaveContext,
@@ -294,6 +295,25 @@ def test_a_planner_that_fails_stops_its_robot_alone(own_planners):
     after = anna.robot[anna.times > anna.end_time + 1.0]
     assert len(after) > 50
     assert np.ptp(after[:, X]) == 0
+
+
+def test_of_several_planners_that_fail_the_first_is_told(own_planners):
+    class Breaks(RuntimeError):
+        pass
+
+    for name, at in (("late", -2.0), ("early", -3.5)):
+
+        def breaks(task, view, memory, name=name, at=at):
+            if view.robot[X] > at:
+                raise Breaks(f"{name} has broken")
+            return Plan(0.5, 0.0, PlannerStatus.DRIVING)
+
+        register_plan(name)(breaks)
+    first = ANNA.replace("{type: dwb, sees: lidar}", "late")
+    second = ANNA.replace("{type: dwb, sees: lidar}", "early")
+    second = second.replace("anna", "carl").replace("-4, 0", "-4, 3")
+    with pytest.raises(PlannerError, match=r"carl.* at t = .*early has broken"):
+        RunTrial(fleet(first, second, duration=40), on_planner_error="raise")
 
 
 def test_stuck_robots_say_who_is_in_the_way():

@@ -1,8 +1,11 @@
 """Suites of generated scenarios: each seed has a world of its own."""
 
+import argparse
+
 import pytest
 
 from hunav_drake import LoadSuite, RunSuite, ScenarioError
+from hunav_drake.commands.bench import _suite, add_bench_options
 from hunav_drake.runs.cells import make_cells
 from tests.hunav_drake.runs.suite_texts import texts_of
 
@@ -85,6 +88,34 @@ def test_settings_and_overrides_hold_for_listed_planners():
     speeds = [it.load(0).planner.cruise_speed for it in cells]
     assert speeds == [speeds[0], 0.3, speeds[0], 0.3]
     assert len({it.sha256 for it in cells}) == 4
+
+
+def test_a_setting_beside_keeps_those_of_the_suite(tmp_path):
+    file = tmp_path / "own.yaml"
+    file.write_text(
+        "{scenarios: [passing], planners: [pursuit], seeds: 1,"
+        " settings: {usual: [], slow: [planner.cruise_speed=0.3]}}"
+    )
+    change = "crowd.radius_factor=1.1"
+    parser = argparse.ArgumentParser()
+    add_bench_options(parser)
+    options = parser.parse_args([str(file), "--beside", change])
+    assert dict(_suite(options).settings) == {
+        "usual": [],
+        "slow": ["planner.cruise_speed=0.3"],
+        f"usual, {change}": [change],
+        f"slow, {change}": ["planner.cruise_speed=0.3", change],
+    }
+
+
+@pytest.mark.parametrize("change", ["planner=orca", "planner.type=orca"])
+def test_a_change_of_the_planner_is_refused_beside_listed_planners(change):
+    suite = LoadSuite(
+        data="{scenarios: [passing], planners: [dwb, mppi], seeds: 1,"
+        f" settings: {{usual: [], other: ['{change}']}}}}"
+    )
+    with pytest.raises(ScenarioError, match="leave out one of both"):
+        make_cells(suite)
 
 
 def test_an_overriding_tree_counts_for_the_hash(tmp_path):

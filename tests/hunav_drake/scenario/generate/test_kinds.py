@@ -46,9 +46,11 @@ def clearance(scenario):
     return low
 
 
-def check(kind, seed, difficulty):
+def check(kind, seed, difficulty, **options):
     """Checks one scenario as a file is checked, and by other means."""
-    scenario = GenerateScenario(kind, seed=seed, difficulty=difficulty)
+    scenario = GenerateScenario(
+        kind, seed=seed, difficulty=difficulty, **options
+    )
     text = SaveScenario(scenario)
     loaded = LoadScenario(data=text, ways=True)
     CheckScenario(loaded)
@@ -71,6 +73,10 @@ def check(kind, seed, difficulty):
 @pytest.mark.parametrize("seed", range(3))
 def test_its_goals_are_reached_and_it_has_no_fault(kind, seed):
     check(kind, seed, seed / 2)
+
+
+def test_the_rooms_of_a_deep_office_have_doors():
+    check("office", 17, 0.5, depth=7.5)
 
 
 @pytest.mark.slow

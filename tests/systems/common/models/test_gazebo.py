@@ -9,6 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 import pytest
 import shapely
+import trimesh
 import yaml
 
 from hunav_drake import LoadScenario, RunTrial, SaveScenario, ScenarioError
@@ -138,14 +139,32 @@ OF_FRAMES = {
 @pytest.mark.parametrize("text", OF_FRAMES.values(), ids=OF_FRAMES)
 def test_shapes_are_where_drake_has_them(text, write):
     path = write("a.sdf", world(text, "1.9"))
+    assert placed(path) == placed_by_drake(path)
+
+
+def placed(path) -> list:
+    """Returns the sorted poses of all collision shapes."""
+    return sorted(
+        it.X_WG.GetAsMatrix34().round(9).tolist()
+        for it in read_gazebo(path).collisions
+    )
+
+
+def placed_by_drake(path, models=None) -> list:
+    """Returns the same as Drake reads it; `models` lies beside the models."""
     plant = MultibodyPlant(0.0)
     scene_graph = SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    Parser(plant).AddModels(str(path))
+    parser = Parser(plant)
+    if models is not None:
+        for folder in models.parent.iterdir():
+            if folder.is_dir():
+                parser.package_map().Add(folder.name, str(folder))
+    parser.AddModels(str(path))
     plant.Finalize()
     context = plant.CreateDefaultContext()
     inspector = scene_graph.model_inspector()
-    expected = sorted(
+    return sorted(
         (
             plant.get_body(it).EvalPoseInWorld(context)
             @ inspector.GetPoseInFrame(geometry)
@@ -156,11 +175,51 @@ def test_shapes_are_where_drake_has_them(text, write):
         for it in map(BodyIndex, range(1, plant.num_bodies()))
         for geometry in plant.GetCollisionGeometriesForBody(plant.get_body(it))
     )
-    found = sorted(
-        it.X_WG.GetAsMatrix34().round(9).tolist()
-        for it in read_gazebo(path).collisions
+
+
+def include_of(name: str, more: str = "") -> str:
+    return include("model://box/model.sdf", f"<name>{name}</name>{more}")
+
+
+OF_INCLUDES = {
+    "beside an include": f"""{include_of("a", "<pose>3 0 0 0 0 1</pose>")}
+        <model name="b"><pose relative_to="a">1 2 0 0 0 0</pose>{LINK}</model>
+        """,
+    "an include beside a model": f"""<model name="b"><pose>3 0 0 0 0 1</pose>
+        {LINK}</model>{
+        include_of("a", '<pose relative_to="b">1 2 0 0 0 0</pose>')
+    }""",
+    "an include in a model": f"""<model name="m"><pose>4 5 0 0 0 1</pose>
+        {include_of("a", "<pose>0 3 0 0 0 1</pose>")}<link name="k">
+        <pose relative_to="a::l">1 0 0 0 0 0</pose>{SHAPE}</link></model>""",
+}
+
+
+@pytest.mark.parametrize("text", OF_INCLUDES.values(), ids=OF_INCLUDES)
+def test_included_models_are_where_drake_has_them(text, write):
+    write(
+        "models/box/model.config",
+        '<model><name>box</name><sdf version="1.9">model.sdf</sdf></model>',
     )
-    assert found == expected
+    write(
+        "models/box/model.sdf",
+        f'<sdf version="1.9"><model name="box">{LINK}</model></sdf>',
+    )
+    path = write("a.sdf", world(text, "1.9"))
+    assert placed(path) == placed_by_drake(
+        path, write("models/package.xml", "")
+    )
+
+
+def test_a_place_by_a_model_that_is_missing_is_kept(write):
+    text = (
+        include("model://gone", "<name>g</name><pose>3 0 0 0 0 0</pose>")
+        + '<model name="b"><pose relative_to="g">1 0 0 0 0 0</pose>'
+        + f"{LINK}</model>"
+    )
+    path = write("a.world", world(text, "1.9"))
+    (found,) = read_gazebo(path, skip_missing=True).collisions
+    assert found.X_WG.translation() == pytest.approx([5, 0, 0])
 
 
 def test_a_state_has_new_models_and_not_those_deleted(write):
@@ -303,6 +362,37 @@ def test_parts_of_a_mesh_that_overlap_are_both_solid(write):
         found = obstacles(path)
         points = [(2.0 * mirror, 2.0), (6.0 * mirror, 2.0)]
         assert is_inside(found, *points, (7 * mirror, 7)) == [1, 1, 0]
+
+
+def test_a_block_with_two_sides_to_each_face_is_a_block(write):
+    dented = shapely.box(0, 0, 3, 3) - shapely.box(1, 1, 3, 3)
+    for plan, expected in ((shapely.box(0, 0, 3, 3), [1, 1]), (dented, [1, 0])):
+        both = extruded(plan, 1.0)
+        both = np.concatenate([both, both[:, ::-1]])
+        write("m.stl", stl(both))
+        path = write("a.sdf", sdf(model(mesh("m.stl"))))
+        assert is_inside(obstacles(path), (0.5, 0.5), (2, 2)) == expected
+
+
+def test_a_part_of_a_gltf_is_taken_by_its_node(write, tmp_path):
+    scene = trimesh.Scene()
+    for name, x in (("Wheel", 0), ("Body", 5)):
+        box = trimesh.creation.box((1, 1, 1))
+        box.apply_translation((x, 0, 0))
+        scene.add_geometry(box, node_name=name, geom_name=f"mesh of {name}")
+    scene.export(tmp_path / "m.glb")
+    for part, low in (("Wheel", -0.5), ("Body", 4.5)):
+        given = f"<submesh><name>{part}</name></submesh>"
+        path = write("a.sdf", sdf(model(mesh("m.glb", given))))
+        (collision,) = read_gazebo(path).collisions
+        assert collision.shape.triangles[:, :, 0].min() == low
+
+
+def test_a_mesh_in_millimeters_may_be_long(write):
+    write("m.stl", stl(200_000 * CUBE))
+    scaled = mesh("m.stl", "<scale>0.001 0.001 0.001</scale>")
+    path = write("a.sdf", sdf(model(scaled)))
+    assert extent(obstacles(path)) == pytest.approx([0, 0, 200, 200])
 
 
 @pytest.mark.parametrize("thickness", [0.01, 0.04, 0.06])

@@ -224,7 +224,8 @@ def test_joints_that_ros2_control_commands_have_motors(tmp_path):
         f'<robot name="r"><link name="a">{inertia}</link><link name="b">'
         f'{inertia}</link><joint name="hinge" type="continuous">'
         '<parent link="a"/><child link="b"/></joint>'
-        '<ros2_control name="c" type="system"><joint name="hinge">'
+        '<ros2_control name="c" type="system"><joint name="mimic"/>'
+        '<joint name="hinge">'
         '<command_interface name="position"/></joint></ros2_control></robot>'
     )
     plant = MultibodyPlant(0.0)
