@@ -433,6 +433,7 @@ def _end_message(
                 contacts=None,
                 wall_contact=None,
                 replay=None,
+                social_signals=None,
             )
     why = explain_end(recording, part.scenario)
     return "; ".join([*parts, why] if why else parts)
