@@ -22,6 +22,7 @@ from hunav_drake.scenario.fleet import (
     with_parts,
 )
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.behavior.library import sayings_of
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
@@ -325,9 +326,16 @@ def AddMonitor(builder: DiagramBuilder, part: RobotPart) -> TrialMonitor:
 
 
 def AddTrialScene(
-    builder: DiagramBuilder, scenario: Scenario, meshcat: "Meshcat | None"
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    meshcat: "Meshcat | None",
+    *,
+    is_social: bool,
 ) -> ScenePorts:
-    """Adds the scene of a trial to a builder, as "scene"."""
+    """Adds the scene of a trial to a builder, as "scene".
+
+    `is_social` is whether people show each other what they do.
+    """
     scan_angles: dict[str, Array] = {}
     for part in robot_parts(scenario):
         for sensor in part.scenario.sensors:
@@ -343,6 +351,12 @@ def AddTrialScene(
         meshcat=meshcat,
         config=scenario.scene,
         scan_angles=scan_angles,
+        sayings=sayings_of(
+            (it.behavior for it in scenario.humans),
+            profile=scenario.crowd.profile,
+        )
+        if is_social
+        else None,
     )
 
 

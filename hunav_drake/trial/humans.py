@@ -356,7 +356,12 @@ def AddHumans(
             humans,
             time_step=options.get("time_step", 0.05),
             name=f"{name}_figures",
+            lively=diagram.HasOutputPort("social_signals"),
         )
+        if figures.social_signals is not None:
+            builder.Connect(
+                diagram.GetOutputPort("social_signals"), figures.social_signals
+            )
         builder.Connect(
             diagram.GetOutputPort("human_states"), figures.human_states
         )

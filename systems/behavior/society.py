@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.behavior.nodes.node import Node
-from hunav_drake.systems.behavior.nodes.port import Constant, Meaning
+from hunav_drake.systems.behavior.nodes.port import Constant, Meaning, Port
 from hunav_drake.systems.behavior.nodes.social import LIST_SIZE
 from hunav_drake.systems.behavior.nodes.texts import (
     people_code,
@@ -167,6 +167,26 @@ def check_named(
                     f"port {port}: must be numbers of others, got {mine[0]},"
                     " the person's own"
                 )
+
+
+def spoken_texts(tree: _HasNodes) -> dict[float, str]:
+    """Returns the texts that a tree may say, by their `text_code`.
+
+    These are all constants of its social leaves that are no names.
+    """
+    return {
+        text_code(value.value): value.value
+        for node in tree.nodes
+        if node.type.is_social
+        for name, value in node.ports.items()
+        if isinstance(value, Constant)
+        and _is_free_text(node.type.ports[name])
+        and value.value
+    }
+
+
+def _is_free_text(port: Port) -> bool:
+    return port.base is str and not port.choices and port.meaning is None
 
 
 def _check_people(
