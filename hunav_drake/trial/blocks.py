@@ -36,7 +36,7 @@ from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import AddPhysicalRobots, PhysicalRobot
-from hunav_drake.systems.scene import AddScene, ScenePorts
+from hunav_drake.systems.scene import AddScene, SceneInputs, ScenePorts
 from hunav_drake.systems.scene.scene_config import COSTMAPS
 from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.systems.sensing.sensor_config import (
@@ -342,6 +342,10 @@ def AddTrialScene(
             if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
                 angles = sensor.pose[2] + sensor.angles()
                 scan_angles.setdefault(part.name, angles)
+    sayings = None
+    if is_social:
+        behaviors = (it.behavior for it in scenario.humans)
+        sayings = sayings_of(behaviors, profile=scenario.crowd.profile)
     return AddScene(
         builder,
         scenario.world,
@@ -350,13 +354,7 @@ def AddTrialScene(
         time_step=scenario.simulation.time_step,
         meshcat=meshcat,
         config=scenario.scene,
-        scan_angles=scan_angles,
-        sayings=sayings_of(
-            (it.behavior for it in scenario.humans),
-            profile=scenario.crowd.profile,
-        )
-        if is_social
-        else None,
+        inputs=SceneInputs(scan_angles=scan_angles, sayings=sayings),
     )
 
 

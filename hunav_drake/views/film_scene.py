@@ -21,7 +21,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.scene import AddScene, SceneInputs
 from hunav_drake.systems.scene.bounds import Bounds, port_of, view_axes
 from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.views.camera import (
@@ -114,7 +114,7 @@ class FilmScene:
             trial.humans,
             trial.robots,
             time_step=self._step,
-            sayings=trial.sayings,
+            inputs=SceneInputs(sayings=trial.sayings),
         )
         ShowCut(scene.plant, scene.scene_graph)
         scene.scene_graph.AddRenderer(

@@ -68,7 +68,8 @@ class RecordedTrial:
         reacts: Mask = self._Modes(time) == REACTIVE
         if status is not None:
             reacts |= np.asarray(status[self._Last(time)] != 0)
-        reacts &= [not it for it in self.Activities(time)]
+        calm = [bool(it) for it in self.Activities(time)]
+        reacts &= ~np.array(calm, dtype=np.bool_)
         return reacts
 
     def Activities(self, time: float) -> list[str]:

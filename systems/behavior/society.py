@@ -17,7 +17,7 @@ from hunav_drake.systems.behavior.nodes.texts import (
     place_code,
     text_code,
 )
-from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE
+from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE, SLOT_SIZE
 from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import MAX_PARTNERS
@@ -54,7 +54,9 @@ class Society:
     Attributes:
         ids: Shape (n,): the number of each person.
         places: A row of `PLACE_SIZE` for each place.
-        slots: A row (x, y, yaw) for each slot of all places, in W.
+        slots: A row of `SLOT_SIZE` for each slot of all places: its pose
+            (x, y, yaw) in W, where people stand before they use it (x, y), and
+            the rows of the place, and of the slot in it.
         lists: A row for each list of people in the trees: its code, the number
             of people, and their rows.
     """
@@ -94,9 +96,9 @@ class Society:
                     own += [-1] * (MAX_PARTNERS - len(own))
                     code = people_code(", ".join(map(str, numbers)))
                     lists[code] = [code, len(numbers), *own]
-        slots: list[tuple[float, float, float]] = []
+        slots: list[tuple[float, ...]] = []
         table = []
-        for it in places:
+        for row, it in enumerate(places):
             own_slots = it.all_slots()
             kind = PLACE_TYPES.index(it.type)
             table.append(
@@ -105,11 +107,16 @@ class Society:
                     *(it.spacing, it.time, kind, len(slots), len(own_slots)),
                 ]
             )
-            slots += own_slots
+            slots += [
+                (*slot, *before, row, k)
+                for k, (slot, before) in enumerate(
+                    zip(own_slots, it.all_approaches(), strict=True)
+                )
+            ]
         return cls(
             np.array(ids, dtype=np.int64),
             np.array(table, dtype=float).reshape(-1, PLACE_SIZE),
-            np.array(slots, dtype=float).reshape(-1, 3),
+            np.array(slots, dtype=float).reshape(-1, SLOT_SIZE),
             np.array([*lists.values()], dtype=float).reshape(-1, LIST_SIZE),
         )
 

@@ -85,6 +85,24 @@ class ScenePorts:
     visualizer: "MeshcatViewer | None"
 
 
+@dataclass(frozen=True, kw_only=True)
+class SceneInputs:
+    """What a scene shows by further inputs.
+
+    Attributes:
+        scan_angles: The angles of a lidar's rays relative to the robot's
+            heading, in radians; with Meshcat, an input "scan" takes their
+            distances. Of several robots, such angles by their names.
+        sayings: If people show each other what they do, for each person the
+            texts that it may say, by their `text_code`; there may be none. An
+            input "social_signals" takes n rows of `layout.Signal`: figures sit,
+            look aside and gesture, and bubbles tell what they say.
+    """
+
+    scan_angles: Array | Mapping[str, Array] | None = None
+    sayings: Sequence[Mapping[float, str]] | None = None
+
+
 def AddScene(
     builder: DiagramBuilder,
     world: World,
@@ -94,8 +112,7 @@ def AddScene(
     time_step: float = 0.05,
     meshcat: "Meshcat | None" = None,
     config: SceneConfig | None = None,
-    scan_angles: Array | Mapping[str, Array] | None = None,
-    sayings: Sequence[Mapping[float, str]] | None = None,
+    inputs: SceneInputs | None = None,
 ) -> ScenePorts:
     """Adds the scene to a builder as one diagram named "scene".
 
@@ -105,7 +122,7 @@ def AddScene(
         input_ports:
         - human_states
         - robot_state (of several robots, NAME_robot_state for each)
-        - social_signals (only with sayings)
+        - social_signals (only with `SceneInputs.sayings`)
         output_ports:
         - query
 
@@ -126,13 +143,7 @@ def AddScene(
         time_step: The period of the states, in seconds.
         meshcat: The Meshcat to show the scene in.
         config: The additional drawings.
-        scan_angles: The angles of a lidar's rays relative to the robot's
-            heading, in radians; with Meshcat, an input "scan" takes their
-            distances. Of several robots, such angles by their names.
-        sayings: If people show each other what they do (`social_signals`), the
-            texts that each may say, by their `text_code`; they may be empty.
-            Then figures sit, look aside and gesture, and bubbles tell what they
-            say.
+        inputs: What else the scene shows, by further inputs.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
@@ -144,6 +155,7 @@ def AddScene(
             " diagram holds one scene."
         )
     check_time_step(time_step)
+    inputs = inputs or SceneInputs()
     inner = DiagramBuilder()
     scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)
@@ -161,7 +173,7 @@ def AddScene(
         [human_label(i) for i in range(len(humans))],
         apart=True,
         names=human_names,
-        lively=sayings is not None,
+        lively=inputs.sayings is not None,
     )
     robot_joints = {
         name: _AddRobot(plant, figure_of(name), it, accent(k))
@@ -196,14 +208,14 @@ def AddScene(
         )
         AddOverlayPublisher(
             inner,
-            Board(meshcat, world, humans, human_names, robots, sayings),
+            Board(meshcat, world, humans, human_names, robots, inputs.sayings),
             (config or SceneConfig()).overlays,
             period=period,
             is_due=visualizer.is_due,
             is_recording=visualizer.is_recording,
-            scan_angles=scan_angles
-            if isinstance(scan_angles, Mapping)
-            else {"": scan_angles},
+            scan_angles=angles
+            if isinstance(angles := inputs.scan_angles, Mapping)
+            else {"": angles},
         )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")
 
