@@ -63,7 +63,8 @@ def _value(port, generator, own):
     if port.base is bool:
         return generator.choice(["true", "false"])
     if port.base is int:
-        return str(generator.integers(0, 3))
+        least = 2 if port.name == "max_members" else 0
+        return str(least + generator.integers(0, 3))
     if port.base is str:
         return " ".join("word" for _ in range(generator.integers(1, 9)))
     values = [0.05, 0.3, 1.0, 3.0]

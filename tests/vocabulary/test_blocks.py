@@ -18,6 +18,7 @@ BLOCKS = sorted(
 USES = {
     "attention": ("Attention", "", "SaySomething"),
     "blocking": ("Blocking", "", "BlockRobot"),
+    "chat": ("Chat", 'probability="1"', "Converse"),
     "engage_robot": ("EngageRobot", 'duration="3"', "ApproachRobot"),
     "follow_agent": ("FollowNearest", "", "FollowAgent"),
     "greeting": ("Greeting", "", "SaySomething"),

@@ -5,6 +5,7 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     activities,
     blocking,
     circles,
+    conversations,
     gaze,
     going,
     making_way,

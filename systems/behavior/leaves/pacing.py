@@ -164,11 +164,14 @@ def stand(tick):
 
 
 @jit_inline
-def settle(tick, x, y):
-    """Walks to a point and stays there; returns whether the person is there."""
+def settle(tick, x, y, off=_OFF):
+    """Walks to a point and stays there; returns whether the person is there.
+
+    Whoever stands goes on standing up to the distance `off`.
+    """
     left = math.hypot(x - tick.x, y - tick.y)
     is_still = speed_of(tick) < STANDING
-    if left <= SETTLED or (is_still and left <= _OFF):
+    if left <= SETTLED or (is_still and left <= off):
         stand(tick)
         return True
     walk_to(tick, x, y, min(tick.max_speed, max(_SLOWLY, left / _SOON)))
