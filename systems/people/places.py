@@ -19,7 +19,8 @@ from hunav_drake.systems.common.schema import (
 )
 
 PlaceType = Literal[
-    "point", "counter", "seat", "bus_stop", "shelf", "door_button", "screen"
+    *("point", "counter", "seat", "bus_stop", "shelf", "door_button"),
+    *("screen", "door"),
 ]
 PLACE_TYPES: tuple[PlaceType, ...] = get_args(PlaceType)
 
@@ -32,6 +33,7 @@ _SECONDS: dict[PlaceType, float] = {
     "shelf": 8.0,
     "door_button": 1.5,
     "screen": 20.0,
+    "door": 5.0,
 }
 
 # The places before a screen without slots: how many, how far, in meters, and up
@@ -53,12 +55,13 @@ class Place:
 
     type: PlaceType = "point"
     """What it is: people queue at a "counter", sit on a "seat", wait at a
-    "bus_stop", take things from a "shelf", press a "door_button", and look at
-    a "screen"."""
+    "bus_stop", take things from a "shelf", press a "door_button", look at a
+    "screen", and let each other pass at a "door"."""
 
     pose: Pose
     """Where the first one stands and faces (x, y, yaw), in W, in meters and
-    radians; of a screen, where it is and faces."""
+    radians; of a screen, where it is and faces; of a door, its middle, and the
+    way through it."""
 
     slots: list[Pose] = field(default_factory=list)
     """Where people use it (x, y, yaw), in W, in meters and radians; by default
@@ -66,6 +69,9 @@ class Place:
 
     spacing: PositiveLength = 0.9
     """Distance of people in a queue, in meters."""
+
+    width: PositiveLength = 0.9
+    """Free width of a door, in meters."""
 
     seconds: Annotated[StrictFloat, within(0, 86400, "s")] | None = None
     """Time for which people use it, in seconds; by default 5 s, on a seat 60 s,

@@ -6,6 +6,7 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     blocking,
     circles,
     conversations,
+    doors,
     gaze,
     going,
     making_way,

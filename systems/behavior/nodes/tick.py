@@ -66,8 +66,8 @@ TICK_FIELDS = (
     *("person", "row", "slot", "code"),
 )
 # The numbers of a place: the two by which it is named, its pose in W, the
-# distance in a queue and the time, its type, and its slots: the row of the
-# first, and how many.
+# distance in a queue (of a door, the width) and the time, its type, and its
+# slots: the row of the first, and how many.
 PLACE_SIZE = 10
 
 # In a tick, the numbers before the state and before the command, and of all.
