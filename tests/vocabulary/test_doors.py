@@ -65,7 +65,7 @@ def test_27_a_person_waits_while_a_robot_is_in_the_door():
     stage = Stage([person], places=[DOOR], obstacles=room(0.9), robot=robot)
     still = []
     for t in stage.run(14.0):
-        x, y = stage.states[0, :2]
+        x = stage.states[0, 0]
         if 4 < t < 8:
             assert stage.statuses(0)["it"] == R
             still.append(stage.states[0, :3].copy())
@@ -94,14 +94,14 @@ def test_six_people_pass_a_door(seed):
         x, _, yaw = it.pose
         it.pose = (x * (1 + 0.2 * (i // 2)), 1.2 * (i // 2 - 1), yaw)
     stage = Stage(people, places=[DOOR], obstacles=room(0.9))
-    for t in stage.run(40.0):
+    for _ in stage.run(40.0):
         done = [
             stage.states[i, 0] * it.goals[0][0] > 0
             for i, it in enumerate(people)
         ]
         if all(done):
             break
-    assert all(done), (t, done)
+    assert all(done)
 
 
 @pytest.mark.parametrize(

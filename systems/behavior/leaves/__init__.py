@@ -8,6 +8,7 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     conversations,
     doors,
     gaze,
+    goals,
     going,
     making_way,
     others,
@@ -16,5 +17,6 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     robot_conditions,
     speech,
     walking,
+    with_robots,
     yielding,
 )

@@ -164,6 +164,12 @@ def stand(tick):
 
 
 @jit_inline
+def approach_speed(tick, left):
+    """Returns the speed for a way of which some meters are left."""
+    return min(tick.max_speed, max(_SLOWLY, left / _SOON))
+
+
+@jit_inline
 def settle(tick, x, y, off=_OFF):
     """Walks to a point and stays there; returns whether the person is there.
 
@@ -174,5 +180,5 @@ def settle(tick, x, y, off=_OFF):
     if left <= SETTLED or (is_still and left <= off):
         stand(tick)
         return True
-    walk_to(tick, x, y, min(tick.max_speed, max(_SLOWLY, left / _SOON)))
+    walk_to(tick, x, y, approach_speed(tick, left))
     return False
