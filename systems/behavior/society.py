@@ -104,7 +104,8 @@ class Society:
             table.append(
                 [
                     *(place_code(f"{it.id}"), text_code(it.name), *it.pose),
-                    *(it.spacing, it.time, kind, len(slots), len(own_slots)),
+                    it.width if it.type == "door" else it.spacing,
+                    *(it.time, kind, len(slots), len(own_slots)),
                 ]
             )
             slots += [
@@ -153,13 +154,20 @@ def check_named(
                 f" of person {others[0]}; leave the number out"
             )
     names = [it.name for it in places]
-    known = {*names, *(f"{it.id}" for it in places)}
-    for node, port, (name,) in _named(tree, Meaning.PLACE):
-        if name.strip() not in known:
-            raise node.error(
-                f"port {port}: there is no place {name.strip()!r}; add it to"
-                f" places{did_you_mean(name, names)}"
-            )
+    known = {key: it for it in places for key in (it.name, f"{it.id}")}
+    for meaning in (Meaning.PLACE, Meaning.DOOR):
+        for node, port, (name,) in _named(tree, meaning):
+            place = known.get(name.strip())
+            if place is None:
+                raise node.error(
+                    f"port {port}: there is no place {name.strip()!r}; add it"
+                    f" to places{did_you_mean(name, names)}"
+                )
+            if meaning is Meaning.DOOR and place.type != "door":
+                raise node.error(
+                    f"port {port}: must be a door, but {place.name!r} is a"
+                    f" {place.type}; give the place the type door"
+                )
     for meaning in (Meaning.PERSON, Meaning.PEOPLE):
         for node, port, numbers in _named(tree, meaning):
             _check_people(node, port, numbers, ids)

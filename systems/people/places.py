@@ -29,6 +29,7 @@ PlaceType = Literal[
     "screen",
     "workplace",
     "bed",
+    "door",
 ]
 PLACE_TYPES: tuple[PlaceType, ...] = get_args(PlaceType)
 
@@ -43,6 +44,7 @@ _SECONDS: dict[PlaceType, float] = {
     "screen": 20.0,
     "workplace": 600.0,
     "bed": 3600.0,
+    "door": 5.0,
 }
 
 # The places before a screen without slots: how many, how far, in meters, and up
@@ -65,11 +67,13 @@ class Place:
     type: PlaceType = "point"
     """What it is: people queue at a "counter", sit on a "seat", wait at a
     "bus_stop", take things from a "shelf", press a "door_button", look at a
-    "screen", sit and work at a "workplace", and lie in a "bed"."""
+    "screen", sit and work at a "workplace", lie in a "bed", and let each other
+    pass at a "door"."""
 
     pose: Pose
     """Where the first one stands and faces (x, y, yaw), in W, in meters and
-    radians; of a screen, where it is and faces."""
+    radians; of a screen, where it is and faces; of a door, its middle, and the
+    way through it."""
 
     slots: list[Pose] = field(default_factory=list)
     """Where people use it (x, y, yaw), in W, in meters and radians; by default
@@ -81,6 +85,9 @@ class Place:
 
     spacing: PositiveLength = 0.9
     """Distance of people in a queue, in meters."""
+
+    width: PositiveLength = 0.9
+    """Free width of a door, in meters."""
 
     seconds: Annotated[StrictFloat, within(0, 86400, "s")] | None = None
     """Time for which people use it, in seconds; by default 5 s, on a seat 60 s,

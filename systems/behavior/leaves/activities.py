@@ -102,7 +102,7 @@ def _turn(tick, yaw):
 
 
 @jit_inline
-def _is_before(tick, index, since):
+def is_before(tick, index, since):
     """Returns whether the claim of a person is before the own one."""
     begun = signal_of(tick, index)[_SINCE]
     return begun < since or (
@@ -117,7 +117,7 @@ def _rank(tick, place, since):
     for i in range(num_bodies(tick)):
         signal = signal_of(tick, i)
         is_in = signal[_ACTIVITY] == _QUEUE and signal[_PLACE] == place
-        rank += i != tick.index and is_in and _is_before(tick, i, since)
+        rank += i != tick.index and is_in and is_before(tick, i, since)
     return rank
 
 
@@ -200,7 +200,7 @@ def _is_claimed(tick, place, slot, since):
         signal = signal_of(tick, i)
         if i == tick.index or signal[_PLACE] != place or signal[_SLOT] != slot:
             continue
-        if _is_before(tick, i, since):
+        if is_before(tick, i, since):
             return True
     return False
 

@@ -67,8 +67,8 @@ TICK_FIELDS = (
     *("person", "row", "slot", "code"),
 )
 # The numbers of a place: the two by which it is named, its pose in W, the
-# distance in a queue and the time, its type, and its slots: the row of the
-# first, and how many.
+# distance in a queue (of a door, the width) and the time, its type, and its
+# slots: the row of the first, and how many.
 PLACE_SIZE = 10
 
 # The numbers of a slot: its pose in W, where people stand before they use it,
