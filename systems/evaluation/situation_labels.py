@@ -103,7 +103,8 @@ def people_by_label(
 
 
 def _moving(recording: Recording) -> Mask:
-    return recording.features.human_speed >= MOVING
+    moving: Mask = recording.features.human_speed >= MOVING
+    return moving
 
 
 def people_near(recording: Recording) -> Mask:
@@ -178,7 +179,8 @@ def _of_groups(recording: Recording, signals: Array | None) -> dict[str, Mask]:
         before = np.interp(times - _BEFORE, times, distance)
         moves = (distance <= NEAR) & (nears * (before - distance) > _ROUNDING)
         beside = np.hypot(*(groups.center - place).T) <= 2 * groups.radius
-        return moves[groups.sample] & beside
+        met: Mask = moves[groups.sample] & beside
+        return met
 
     away = np.hypot(*(p[groups.sample] - groups.center).T)
     found = {

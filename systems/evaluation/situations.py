@@ -63,14 +63,15 @@ class Situations:
         return np.array(PRIMARIES)[held.argmax(axis=0)]
 
     @cached_property
-    def _edges(self) -> Array:
+    def edges(self) -> Array:
+        """The times between which each sample counts: see `edges_of`."""
         return edges_of(self.recording.times)
 
     def share_of(self, mask: Mask) -> float:
         """Returns the share of the time of some samples, in [0, 1]."""
         if len(mask) == 1:
             return float(mask[0])
-        weights = np.diff(self._edges)
+        weights = np.diff(self.edges)
         return float(weights[mask].sum() / weights.sum())
 
     def shares(self) -> "pd.DataFrame":
@@ -82,7 +83,7 @@ class Situations:
             1; NaN for labels that cannot be); "episodes", their number; and
             "episode_time", their total length, in seconds.
         """
-        spans = {it: spans_of(self.flags[it], self._edges) for it in LABELS}
+        spans = {it: spans_of(self.flags[it], self.edges) for it in LABELS}
         return pd.DataFrame(
             {
                 "share": [self.share_of(self.flags[it]) for it in LABELS],
@@ -94,8 +95,7 @@ class Situations:
                 ],
                 "episodes": [len(spans[it]) for it in LABELS],
                 "episode_time": [
-                    float(np.diff(self._edges[spans[it]]).sum())
-                    for it in LABELS
+                    float(np.diff(self.edges[spans[it]]).sum()) for it in LABELS
                 ],
             },
             index=pd.Index(LABELS, name="label"),
@@ -114,17 +114,17 @@ class Situations:
             "delay", the time that the robot loses against its median speed
             while nobody is near, in seconds: NaN if it never moves then.
         """
-        lost = time_lost(self.recording, self._edges, self.flags["empty"])
+        lost = time_lost(self.recording, self.edges, self.flags["empty"])
         rows: list[dict[str, Any]] = []
         for name in LABELS:
-            spans = spans_of(self.flags[name], self._edges)
+            spans = spans_of(self.flags[name], self.edges)
             for first, after in spans.tolist():
                 made = self.people[name][first:after]
                 names = self.recording.human_names
                 row = {
                     "label": name,
-                    "begin": float(self._edges[first]),
-                    "end": float(self._edges[after]),
+                    "begin": float(self.edges[first]),
+                    "end": float(self.edges[after]),
                     "people": ", ".join(
                         names[i] for i in np.flatnonzero(made.any(axis=0))
                     ),
