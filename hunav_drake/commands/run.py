@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
 
     from hunav_drake.scenario import Scenario
+    from hunav_drake.systems.evaluation.recording import Recording
     from hunav_drake.trial.result import TrialResult
+    from hunav_drake.views.replay import Mark
 
 
 def add_run_options(run: argparse.ArgumentParser) -> None:
@@ -273,7 +275,7 @@ def _keep(
             from hunav_drake.views.replay import SaveReplay
 
             replay = folder / "replay.html"
-            SaveReplay(meshcat, replay)
+            SaveReplay(meshcat, replay, marks=_marks(result.recording))
         WriteReport(result, folder / "report.html", replay=replay)
 
     with output_errors(options.out):
@@ -287,6 +289,21 @@ def _keep(
     if meshcat is not None:
         lines.append(f"Replay, for a browser: {folder / 'replay.html'}")
     return lines
+
+
+def _marks(recording: "Recording") -> "list[list[Mark]]":
+    """Returns what each robot met, for the time line of the replay."""
+    from hunav_drake.report.plots.situations import COLORS, stretches_of
+    from hunav_drake.views.replay import Mark
+
+    return [
+        [
+            Mark(it.label.replace("_", " "), *it[1:], COLORS[it.label])
+            for it in stretches_of(recording, robot.robot_name)
+        ]
+        for robot in recording.robots
+        if recording.num_humans
+    ]
 
 
 @contextlib.contextmanager

@@ -16,9 +16,11 @@ from collections.abc import Sequence
 import gzip
 from importlib.resources import files
 import itertools
+import json
 import math
 import os
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams
@@ -38,6 +40,7 @@ from hunav_drake.systems.scene.overlays.viewer import RecordReplay
 from hunav_drake.systems.world.shapes import World
 
 __all__ = [
+    "Mark",
     "RecordReplay",
     "SaveReplay",
     "SetCamera",
@@ -162,7 +165,28 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
     meshcat.SetProperty("/Lights/SpotLight", "visible", True)
 
 
-def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
+class Mark(NamedTuple):
+    """A stretch of time that is marked below the time line of a replay.
+
+    Attributes:
+        text: What is told where the mouse is on it.
+        begin: Its begin, in seconds.
+        end: Its end, in seconds.
+        color: Its color, as "#d55e00".
+    """
+
+    text: str
+    begin: float
+    end: float
+    color: str
+
+
+def SaveReplay(
+    meshcat: Meshcat,
+    filename: str | os.PathLike[str],
+    *,
+    marks: Sequence[Sequence[Mark]] = (),
+) -> Path:
     """Writes the scene of a Meshcat, with its recording, as one web page.
 
     The page needs neither a server nor a network. It has check boxes for the
@@ -173,12 +197,13 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     Args:
         meshcat: The Meshcat.
         filename: The file to write, in an existing folder.
+        marks: Rows of stretches to mark below the time line.
 
     Returns:
         The absolute path of the file.
     """
     path = Path(filename).resolve()
-    page = with_panel(meshcat.StaticHtml())
+    page = with_panel(meshcat.StaticHtml(), marks)
     # Motion takes much text: a compressed page is a fifth as large.
     packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
     loader = _part("packed.html")
@@ -189,11 +214,14 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     return path
 
 
-def with_panel(html: str) -> str:
+def with_panel(html: str, marks: Sequence[Sequence[Mark]] = ()) -> str:
     """Returns a page of Meshcat with the controls of a replay."""
     # The last one: a script before may contain this tag.
     before, after = html.rsplit("</body>", 1)
-    return f"{before}{_part('panel.html')}</body>{after}"
+    # No text may end the script.
+    told = json.dumps(marks).replace("<", "\\u003c")
+    panel = _part("panel.html").replace("MARKED_TIMES", told)
+    return f"{before}{panel}</body>{after}"
 
 
 def _part(name: str) -> str:

@@ -1,5 +1,7 @@
 """Timeline of the social situations of a robot."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hunav_drake.report.plots.runs import Run, recordings
@@ -30,17 +32,28 @@ COLORS = {
 }
 
 
-def marks_of(run: Recording, robot: str = "") -> list[tuple[str, float, float]]:
-    """Returns the stretches of a robot's primary label, in order.
+class Stretch(NamedTuple):
+    """A time in which the primary label stays the same.
 
-    Each has the label, its begin and its end, in seconds.
+    Attributes:
+        label: The label.
+        begin: In seconds.
+        end: In seconds.
     """
+
+    label: str
+    begin: float
+    end: float
+
+
+def stretches_of(run: Recording, robot: str = "") -> list[Stretch]:
+    """Returns the stretches of a robot's primary label, in order."""
     found = FindSituations(run, robot=robot)
     new = found.primary[1:] != found.primary[:-1]
     first = np.concatenate([[0], np.flatnonzero(new) + 1])
     edges = found.edges[[*first, -1]].tolist()
     names = found.primary[first].tolist()
-    return list(zip(names, edges[:-1], edges[1:], strict=True))
+    return list(map(Stretch, names, edges[:-1], edges[1:]))
 
 
 def plot_situations(data: Run, *, ax: Axes | None = None) -> Axes:
@@ -62,22 +75,21 @@ def plot_situations(data: Run, *, ax: Axes | None = None) -> Axes:
     (run,) = runs.values()
     robots = [it.robot_name for it in run.robots]
     ax = new_axes(ax, situations_height(len(robots)))
-    marks = [
-        (i, *it) for i, of in enumerate(robots) for it in marks_of(run, of)
-    ]
-    total = sum(end - begin for _, _, begin, end in marks)
+    rows = [stretches_of(run, name) for name in robots]
+    total = sum(it.end - it.begin for row in rows for it in row)
     for label, color in COLORS.items():
-        own = [it for it in marks if it[1] == label]
-        if not own:
-            continue
-        for i, _, begin, end in own:
-            ax.broken_barh(
-                [(begin, end - begin)], (i - 0.375, 0.75), color=color, lw=0
+        time = 0.0
+        for i, row in enumerate(rows):
+            own = [
+                (it.begin, it.end - it.begin) for it in row if it.label == label
+            ]
+            time += sum(length for _, length in own)
+            ax.broken_barh(own, (i - 0.375, 0.75), color=color, lw=0)
+        if time:
+            text = f"{label.replace('_', ' ')} {100 * time / total:.0f} %"
+            ax.plot(
+                [], [], lw=5, solid_capstyle="butt", color=color, label=text
             )
-        time = sum(end - begin for _, _, begin, end in own)
-        share = 100 * time / total if total else 100.0
-        text = f"{label.replace('_', ' ')} {share:.0f} %"
-        ax.plot([], [], lw=5, solid_capstyle="butt", color=color, label=text)
     ax.set(xlabel="time (s)")
     label_rows(ax, [shown(it) for it in robots])
     if len(run) > 1:
