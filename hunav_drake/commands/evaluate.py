@@ -19,7 +19,7 @@ from hunav_drake.trial.result import (
     EndReason,
     MakeTrialResult,
     TrialResult,
-    WithSituations,
+    with_situations,
 )
 
 # The value of `--walls` for an open space.
@@ -87,7 +87,7 @@ def evaluate_file(
         robot_ends=ends if recording.others else {},
         end_time=float(recording.times[-1] - recording.times[0]),
     )
-    return WithSituations(result) if situations else result
+    return with_situations(result) if situations else result
 
 
 def lacks_walls(result: TrialResult) -> bool:

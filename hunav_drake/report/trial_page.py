@@ -235,7 +235,7 @@ def _situations(run: Recording) -> Table:
         "share of time (%)",
         "as the first that holds (%)",
         "episodes",
-        "their time (s)",
+        "time in episodes (s)",
     ]
     return Table(head, groups, numbers=range(1, len(head)))
 

@@ -218,7 +218,7 @@ def MakeTrialResult(
     )
 
 
-def WithSituations(result: TrialResult) -> TrialResult:
+def with_situations(result: TrialResult) -> TrialResult:
     """Returns a result that also has metrics by social situation.
 
     They are those of `situation_values`.

@@ -37,7 +37,7 @@ from hunav_drake.trial.result import (
     EndReason,
     MakeTrialResult,
     TrialResult,
-    WithSituations,
+    with_situations,
 )
 from hunav_drake.trial.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
 
@@ -389,7 +389,7 @@ def _result(
             if part.name
         },
     )
-    return WithSituations(result) if config.situations else result
+    return with_situations(result) if config.situations else result
 
 
 def _told(part: RobotPart, end: _End) -> str:
