@@ -31,9 +31,7 @@ if TYPE_CHECKING:
     from pydrake.systems.framework import Diagram
 
     from hunav_drake.scenario import Scenario
-    from hunav_drake.systems.evaluation.recording import Recording
     from hunav_drake.trial.result import TrialResult
-    from hunav_drake.views.replay import Mark
 
 
 def add_run_options(run: argparse.ArgumentParser) -> None:
@@ -272,10 +270,13 @@ def _keep(
         SaveScenario(scenario, folder / "scenario.yaml")
         replay = None
         if meshcat is not None:
+            from hunav_drake.report.plots.situations import marks_of
             from hunav_drake.views.replay import SaveReplay
 
             replay = folder / "replay.html"
-            SaveReplay(meshcat, replay, marks=_marks(result.recording))
+            run = result.recording
+            marks = [marks_of(run, it.robot_name) for it in run.robots]
+            SaveReplay(meshcat, replay, marks=marks if run.num_humans else [])
         WriteReport(result, folder / "report.html", replay=replay)
 
     with output_errors(options.out):
@@ -289,21 +290,6 @@ def _keep(
     if meshcat is not None:
         lines.append(f"Replay, for a browser: {folder / 'replay.html'}")
     return lines
-
-
-def _marks(recording: "Recording") -> "list[list[Mark]]":
-    """Returns what each robot met, for the time line of the replay."""
-    from hunav_drake.report.plots.situations import COLORS, stretches_of
-    from hunav_drake.views.replay import Mark
-
-    return [
-        [
-            Mark(it.label.replace("_", " "), *it[1:], COLORS[it.label])
-            for it in stretches_of(recording, robot.robot_name)
-        ]
-        for robot in recording.robots
-        if recording.num_humans
-    ]
 
 
 @contextlib.contextmanager

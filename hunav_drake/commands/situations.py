@@ -10,8 +10,6 @@ from hunav_drake.commands.errors import DONE, input_errors
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hunav_drake.systems.evaluation.situations import Situations
-
 
 def add_situations_options(situations: argparse.ArgumentParser) -> None:
     """Adds the options of `hunav situations`."""
@@ -35,14 +33,17 @@ def _situations(options: argparse.Namespace) -> int:
         recording = ReadRecording(options.file)
     names = [it.robot_name for it in recording.robots]
     found = {it: FindSituations(recording, robot=it) for it in names}
+    episodes = _joined({name: it.episodes() for name, it in found.items()})
     if options.csv:
-        print(_csv(found), end="")
+        print(episodes.to_csv(index=False, float_format="%.9g"), end="")
         return DONE
-    parts = []
-    for name, it in found.items():
-        parts += [f"Robot {name}"] if recording.others else []
-        parts += [_shares(it), _episodes(it.episodes())]
-    print("\n\n".join(parts))
+    shares = _joined(
+        {name: it.shares().reset_index() for name, it in found.items()}
+    )
+    shares[["share", "primary"]] *= 100
+    shares = shares[shares["share"] > 0]
+    print(_text(shares, share="%", primary="%", episode_time="s"), end="\n\n")
+    print(_text(episodes, begin="s", end="s", least_gap="m", delay="s"))
     if not recording.walls_known:
         print(
             "\nThe walls are unknown, so people behind walls count as near.",
@@ -51,38 +52,25 @@ def _situations(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _csv(found: "dict[str, Situations]") -> str:
-    """Returns the episodes as CSV, with a column of robots if several."""
+def _joined(tables: "dict[str, pd.DataFrame]") -> "pd.DataFrame":
+    """Returns the tables of all robots; several have a column of names."""
     import pandas as pd
 
-    tables = [it.episodes() for it in found.values()]
-    if len(found) > 1:
-        for name, table in zip(found, tables, strict=True):
-            table.insert(0, "robot", name)
-    text: str = pd.concat(tables).to_csv(index=False, float_format="%.9g")
-    return text
-
-
-def _shares(situations: "Situations") -> str:
-    """Returns the labels that hold at some time, as a table."""
-    table = situations.shares()
-    table[["share", "primary"]] *= 100
-    table = table[table["share"] > 0].reset_index()
-    return _text(table, share="%", primary="%", episode_time="s")
-
-
-def _episodes(table: "pd.DataFrame") -> str:
-    if table.empty:
-        return "No episodes."
-    return _text(table, begin="s", end="s", least_gap="m", delay="s")
+    if len(tables) == 1:
+        return next(iter(tables.values()))
+    return pd.concat(tables, names=["robot"]).reset_index("robot")
 
 
 def _text(table: "pd.DataFrame", **units: str) -> str:
     """Returns a table for the terminal, with the units of columns."""
+    if table.empty:
+        return "No episodes."
     # (Adding 0 takes away the sign of what rounds to 0.)
-    table[list(units)] = table[list(units)].round(2) + 0.0
+    rounded = table[list(units)].round(2) + 0.0
     heads = {it: f"{it.replace('_', ' ')} ({u})" for it, u in units.items()}
-    text: str = table.rename(columns=heads).to_string(
-        index=False, na_rep="-", float_format="{:.2f}".format
+    text: str = (
+        table.assign(**rounded)
+        .rename(columns=heads)
+        .to_string(index=False, na_rep="-", float_format="{:.2f}".format)
     )
     return text

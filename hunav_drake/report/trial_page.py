@@ -220,14 +220,9 @@ def _situations(run: Recording) -> Table:
     groups = {}
     for it in run.robots:
         shares = FindSituations(run, robot=it.robot_name).shares()
+        shares[["share", "primary"]] *= 100
         groups[it.robot_name if run.others else ""] = [
-            [
-                str(label),
-                number(row["share"] * 100, "%"),
-                number(row["primary"] * 100, "%"),
-                number(row["episodes"], "-"),
-                number(row["episode_time"], "s"),
-            ]
+            [str(label), *map(number, row, ("%", "%", "-", "s"))]
             for label, row in shares[shares["share"] > 0].iterrows()
         ]
     head = [

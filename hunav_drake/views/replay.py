@@ -20,7 +20,6 @@ import json
 import math
 import os
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams
@@ -40,7 +39,6 @@ from hunav_drake.systems.scene.overlays.viewer import RecordReplay
 from hunav_drake.systems.world.shapes import World
 
 __all__ = [
-    "Mark",
     "RecordReplay",
     "SaveReplay",
     "SetCamera",
@@ -48,6 +46,10 @@ __all__ = [
     "SetView",
     "StartMeshcatLocal",
 ]
+
+# A stretch that is marked below the time line: what is told where the mouse is
+# on it, begin and end in seconds, and its color, as "#d55e00".
+Mark = tuple[str, float, float, str]
 
 # The field of view of the camera, that of a long lens.
 FIELD_OF_VIEW = math.radians(32.0)
@@ -163,22 +165,6 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
         meshcat.SetProperty(sun, name, float(value))
     meshcat.SetProperty(sun, "castShadow", True)
     meshcat.SetProperty("/Lights/SpotLight", "visible", True)
-
-
-class Mark(NamedTuple):
-    """A stretch of time that is marked below the time line of a replay.
-
-    Attributes:
-        text: What is told where the mouse is on it.
-        begin: Its begin, in seconds.
-        end: Its end, in seconds.
-        color: Its color, as "#d55e00".
-    """
-
-    text: str
-    begin: float
-    end: float
-    color: str
 
 
 def SaveReplay(

@@ -82,9 +82,9 @@ def describe_episode(
     "least_gap" is the smallest gap between the robot and those who make the
     episode, in meters. "slowed" tells who lost more than 20 % of the speed from
     the begin to the nearest point, the least distance of centers to one of
-    them: "robot", "person", "both" or "neither". "side" tells whether that
-    person then is "left" or "right" of the robot's course. The last two are
-    empty, and the first is NaN, if nobody makes it.
+    them: "robot", "person", "robot, person", or "" for nobody. "side" tells
+    whether that person then is "left" or "right" of the robot's course. If
+    nobody makes the episode, the first is NaN and the others are empty.
 
     Args:
         recording: The recording of one robot.
@@ -99,17 +99,15 @@ def describe_episode(
     k, i = np.unravel_index(distance.argmin(), distance.shape)
     until = slice(first, first + int(k) + 1)
     (cx, cy), speed = course(recording)
-    slowed = [
-        _slows(speed[until, 0]),
-        _slows(recording.features.human_speed[until, i]),
-    ]
+    speeds = {
+        "robot": speed[until, 0],
+        "person": recording.features.human_speed[until, i],
+    }
     px, py = (it[first + k, i] for it in recording.encounters.offset)
     left = cx[first + k, 0] * py - cy[first + k, 0] * px > 0
-    names = {(True, True): "both", (True, False): "robot"}
-    names |= {(False, True): "person", (False, False): "neither"}
     return {
         "least_gap": float(recording.features.gaps[part][made].min()),
-        "slowed": names[slowed[0], slowed[1]],
+        "slowed": ", ".join(it for it, v in speeds.items() if _slows(v)),
         "side": "left" if left else "right",
     }
 

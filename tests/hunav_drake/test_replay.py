@@ -252,7 +252,7 @@ def test_a_replay_shows_people_walking(meshcat, tmp_path):
 
 
 def test_marks_are_in_the_page(meshcat):
-    marks = [[mut.Mark("</script> & 'so'", 0.5, 1.5, "#d55e00")]]
+    marks = [[("</script> & 'so'", 0.5, 1.5, "#d55e00")]]
     page = mut.with_panel(meshcat.StaticHtml(), marks)
     panel = mut.with_panel("</body>", marks)
     assert "MARKED_TIMES" not in page

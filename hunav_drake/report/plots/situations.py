@@ -1,7 +1,5 @@
 """Timeline of the social situations of a robot."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from hunav_drake.report.plots.runs import Run, recordings
@@ -32,28 +30,23 @@ COLORS = {
 }
 
 
-class Stretch(NamedTuple):
-    """A time in which the primary label stays the same.
+def marks_of(
+    run: Recording, robot: str = ""
+) -> list[tuple[str, float, float, str]]:
+    """Returns the times in which a robot's primary label stays the same.
 
-    Attributes:
-        label: The label.
-        begin: In seconds.
-        end: In seconds.
+    Each has the label, begin and end in seconds, and its color.
     """
-
-    label: str
-    begin: float
-    end: float
-
-
-def stretches_of(run: Recording, robot: str = "") -> list[Stretch]:
-    """Returns the stretches of a robot's primary label, in order."""
     found = FindSituations(run, robot=robot)
     new = found.primary[1:] != found.primary[:-1]
     first = np.concatenate([[0], np.flatnonzero(new) + 1])
     edges = found.edges[[*first, -1]].tolist()
-    names = found.primary[first].tolist()
-    return list(map(Stretch, names, edges[:-1], edges[1:]))
+    return [
+        (label.replace("_", " "), begin, end, COLORS[label])
+        for label, begin, end in zip(
+            found.primary[first].tolist(), edges, edges[1:], strict=False
+        )
+    ]
 
 
 def plot_situations(data: Run, *, ax: Axes | None = None) -> Axes:
@@ -75,21 +68,21 @@ def plot_situations(data: Run, *, ax: Axes | None = None) -> Axes:
     (run,) = runs.values()
     robots = [it.robot_name for it in run.robots]
     ax = new_axes(ax, situations_height(len(robots)))
-    rows = [stretches_of(run, name) for name in robots]
-    total = sum(it.end - it.begin for row in rows for it in row)
-    for label, color in COLORS.items():
-        time = 0.0
-        for i, row in enumerate(rows):
-            own = [
-                (it.begin, it.end - it.begin) for it in row if it.label == label
-            ]
-            time += sum(length for _, length in own)
-            ax.broken_barh(own, (i - 0.375, 0.75), color=color, lw=0)
-        if time:
-            text = f"{label.replace('_', ' ')} {100 * time / total:.0f} %"
-            ax.plot(
-                [], [], lw=5, solid_capstyle="butt", color=color, label=text
-            )
+    marks = [
+        (i, *it) for i, of in enumerate(robots) for it in marks_of(run, of)
+    ]
+    times = dict.fromkeys(COLORS.values(), 0.0)
+    names = {}
+    for i, label, begin, end, color in marks:
+        ax.broken_barh(
+            [(begin, end - begin)], (i - 0.375, 0.75), color=color, lw=0
+        )
+        times[color] += end - begin
+        names[color] = label
+    total = sum(times.values()) or 1.0
+    for color, label in names.items():
+        text = f"{label} {100 * times[color] / total:.0f} %"
+        ax.plot([], [], lw=5, solid_capstyle="butt", color=color, label=text)
     ax.set(xlabel="time (s)")
     label_rows(ax, [shown(it) for it in robots])
     if len(run) > 1:

@@ -263,9 +263,11 @@ def test_situations_of_several_robots(hunav, recording):
     robots.save(recording)
     code, out, err = hunav("situations", recording)
     assert (code, err) == (0, "")
-    assert [it for it in out.splitlines() if it.startswith("Robot")] == [
-        "Robot a",
-        "Robot b",
+    assert [it.split()[:2] for it in out.splitlines() if it] == [
+        *(["robot", "label"], ["a", "empty"], ["a", "standing"]),
+        *(["b", "empty"], ["b", "standing"]),
+        *(["robot", "label"], ["a", "standing"], ["a", "empty"]),
+        *(["b", "standing"], ["b", "empty"]),
     ]
     _, out, _ = hunav("situations", recording, "--csv")
     assert (

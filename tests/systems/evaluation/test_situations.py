@@ -11,7 +11,10 @@ from hunav_drake import FindSituations, LoadScenario, ReadRecording, RunTrial
 from hunav_drake.systems.common.layout import Activity, Signal
 from hunav_drake.systems.evaluation import METRICS
 from hunav_drake.systems.evaluation.compute import evaluate
-from hunav_drake.systems.evaluation.groups import groups_by_geometry
+from hunav_drake.systems.evaluation.groups import (
+    groups_by_geometry,
+    groups_by_signals,
+)
 from hunav_drake.systems.evaluation.situation_labels import (
     DOWN_PATHS,
     LABELS,
@@ -580,3 +583,50 @@ def test_a_recording_of_another_program(tmp_path):
     path = tmp_path / "crowd.csv"
     path.write_text("\n".join(lines))
     assert "passing" in held(FindSituations(ReadRecording(path)))
+
+
+TALK = """
+places: [{name: corner, pose: [2, 1, 0]}]
+humans:
+  - pose: [2, -0.5, 0]
+    goals: [[6, 0]]
+    behavior: |
+      <root BTCPP_format="4" main_tree_to_execute="Meet">
+        <BehaviorTree ID="Meet">
+          <ReactiveFallback>
+            <RunOnce>
+              <ConversationFormation goal_id="corner"
+                non_main_agent_ids="2, 3" conversation_duration="8"/>
+            </RunOnce>
+            <SubTree ID="RegularNavTree"/>
+          </ReactiveFallback>
+        </BehaviorTree>
+      </root>
+  - {pose: [4, 2, 3.14], goals: [[-4, 2]]}
+  - {pose: [2, 3, -1.57], goals: [[2, -4]]}
+robot: {start: [-3, 1, 0], goal: [1.2, 1.2, 0]}
+planner: {type: pursuit}
+simulation: {duration: 9}
+"""
+
+
+def test_a_talk_is_the_same_by_signals_and_by_geometry():
+    """While all are in place; o is where they were told to meet."""
+    recording = RunTrial(LoadScenario(data=TALK)).recording
+    humans, signals = recording.humans, recording.social_signals
+    shown = groups_by_signals(humans, signals)
+    seen = groups_by_geometry(humans)
+    np.testing.assert_allclose(shown.center, [[2, 1]] * len(shown.center))
+    both = np.intersect1d(
+        shown.sample[shown.members.all(axis=1)],
+        seen.sample[seen.members.all(axis=1)],
+    )
+    assert len(both) > 30
+    centers = seen.center[np.isin(seen.sample, both)]
+    np.testing.assert_allclose(centers, [[2, 1]] * len(both), atol=0.2)
+    for told in (
+        recording,
+        dataclasses.replace(recording, social_signals=None),
+    ):
+        found = FindSituations(told)
+        assert found.flags["join_group"].sum() > 10
