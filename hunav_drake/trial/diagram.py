@@ -151,7 +151,8 @@ def MakeTrialDiagram(
         for part, robot in zip(parts, robots, strict=True)
     ]
     monitors = [AddMonitor(builder, part) for part in parts]
-    scene = AddTrialScene(builder, full, meshcat)
+    is_social = humans.social_signals is not None
+    scene = AddTrialScene(builder, full, meshcat, is_social=is_social)
     states = [robot.robot_state for robot in robots]
     robot_states = JoinPorts(builder, "robot_states", states)
     builder.Connect(robot_states, humans.robot_states)

@@ -28,7 +28,7 @@ from hunav_drake.systems.common.layout import SILENT, STATE_SIZE
 MAX_WORK = 100_000
 
 # The leaves that draw at random; user-defined ones may, if they are social.
-_DRAWING = ("RandomChanceCondition",)
+_DRAWING = ("RandomChanceCondition", "SetRandomGoal")
 
 
 class Outcome(NamedTuple):

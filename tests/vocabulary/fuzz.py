@@ -26,6 +26,7 @@ WORLD = World(
     ]
 )
 PLACES = [Place(name=f"p{i}", pose=(3.0 * i - 4, i - 3.0, i)) for i in range(3)]
+PLACES.append(Place(name="door", type="door", pose=(-2, 0.5, 0.4)))
 # Nodes of the language that take texts or numbers of their own.
 _PLAIN = ("Sequence", "Fallback", "ReactiveSequence", "ReactiveFallback")
 _AROUND = ("Inverter", "ForceSuccess", "ForceFailure", "RunOnce")
@@ -54,6 +55,8 @@ def _value(port, generator, own):
         count = generator.integers(1, PEOPLE - 1)
         numbers = generator.choice(others, count, replace=False)
         return generator.choice(["{who}", ", ".join(map(str, numbers))])
+    if port.meaning is Meaning.DOOR:
+        return "door"
     if port.meaning is Meaning.PLACE:
         return generator.choice(["p0", "p1", "3"])
     if port.default is not ... and generator.random() < 0.6:
@@ -63,7 +66,8 @@ def _value(port, generator, own):
     if port.base is bool:
         return generator.choice(["true", "false"])
     if port.base is int:
-        return str(generator.integers(0, 3))
+        least = 2 if port.name == "max_members" else 0
+        return str(least + generator.integers(0, 3))
     if port.base is str:
         return " ".join("word" for _ in range(generator.integers(1, 9)))
     values = [0.05, 0.3, 1.0, 3.0]

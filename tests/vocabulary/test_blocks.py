@@ -8,6 +8,7 @@ import pytest
 
 from hunav_drake.systems import behavior
 from hunav_drake.systems.behavior import NodeStatus
+from hunav_drake.systems.people.places import Place
 from tests.vocabulary.stage import STAND, WALK, Stage, robot_at, someone
 
 BLOCKS = sorted(
@@ -18,17 +19,24 @@ BLOCKS = sorted(
 USES = {
     "attention": ("Attention", "", "SaySomething"),
     "blocking": ("Blocking", "", "BlockRobot"),
+    "chat": ("Chat", 'probability="1"', "Converse"),
     "engage_robot": ("EngageRobot", 'duration="3"', "ApproachRobot"),
     "follow_agent": ("FollowNearest", "", "FollowAgent"),
     "greeting": ("Greeting", "", "SaySomething"),
     "group_formation": ("GroupFormation", "", "SetGroupWalk"),
     "guardian": ("Guardian", 'agent_id="2"', "BlockRobot"),
+    "random_goals": (
+        "RandomGoals",
+        'period="1" kind="counter"',
+        "SetRandomGoal",
+    ),
     "robot_avoidance": ("RobotAvoidance", "", "StandStill"),
     "speech_detection": (
         "SpeechDetection",
         'duration="3"',
         "ConversationFormation",
     ),
+    "stop_and_look": ("StopAndLook", "", "StandStill"),
     "talk_interact": ("TalkInteract", 'duration="3"', "ConversationFormation"),
 }
 
@@ -52,6 +60,7 @@ def test_a_block_does_what_it_is_for_and_then_people_walk_on(name):
             someone(2.5, 2, math.pi, others, rest=WALK),
         ],
         robot=robot_at(4.5, 0, math.pi, 0.15),
+        places=[Place(name="till", type="counter", pose=(12, 3, 0))],
     )
     found = []
     for _ in stage.run(30.0):

@@ -5,7 +5,10 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     activities,
     blocking,
     circles,
+    conversations,
+    doors,
     gaze,
+    goals,
     going,
     making_way,
     others,
@@ -14,5 +17,6 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     robot_conditions,
     speech,
     walking,
+    with_robots,
     yielding,
 )

@@ -33,7 +33,6 @@ from hunav_drake.systems.behavior.leaves.social_ports import (
 )
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, Role, act
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     is_clear,
@@ -51,16 +50,10 @@ from hunav_drake.systems.behavior.nodes.status import (
 )
 from hunav_drake.systems.behavior.nodes.tick import (
     Tick,
-    aim,
     cast_ray,
-    has_goal,
     human_at,
     kept_robot,
     robot_at,
-)
-from hunav_drake.systems.behavior.nodes.tick_context import (
-    LATER_PLACES,
-    MAX_PLACES,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -72,9 +65,6 @@ _FLEE = float(Activity.FLEE)
 # The time in which a gap is to be closed, and by which a robot is expected
 # ahead of where it is, in seconds.
 _CLOSING, _AHEAD = 1.0, 0.5
-
-# The modes of `SetGoal`.
-_NEXT, _REPLACE = 1, 2
 
 # A robot faster than this, in m/s, on a course within 60 degrees of that to the
 # person, comes.
@@ -111,44 +101,6 @@ def go_to(
         return SUCCESS
     walk_to(tick, x, y, tick.max_speed)
     return RUNNING
-
-
-@register_action("SetGoal", ignored=IGNORED, social=True)
-@jit
-def set_goal(
-    tick: Tick,
-    goal_id: PlaceName,
-    mode: Literal["append", "next", "replace"] = "append",
-) -> NodeStatus:
-    """Makes a place a goal: the last one, the next one, or the only one.
-
-    The person walks there once. The action fails if 16 places are to come.
-    """
-    place = place_of(tick, goal_id) + 1
-    if place == 0:
-        return FAILURE
-    later = numbers_at(tick.social + 8 * LATER_PLACES)
-    if int(mode) == _REPLACE:
-        for i in range(MAX_PLACES):
-            later[i] = 0.0
-        tick.goal = tick.num_goals
-        tick.goal_place = 0
-    if not has_goal(tick):
-        tick.goal_place = place
-        aim(tick)
-        return SUCCESS
-    if later[MAX_PLACES - 1] != 0:
-        return FAILURE
-    at = 0
-    if int(mode) == _NEXT:
-        for i in range(MAX_PLACES - 1, 0, -1):
-            later[i] = later[i - 1]
-    else:
-        place = -place
-        while later[at] != 0:
-            at += 1
-    later[at] = place
-    return SUCCESS
 
 
 @jit_inline

@@ -18,7 +18,7 @@ from hunav_drake.systems.common.layout import MAX_PARTNERS, Activity, Signal
 from hunav_drake.systems.people.human_config import MAX_GROUP_ID
 
 # An offer is noticed up to this distance, in meters.
-_READABLE = 20.0
+READABLE = 20.0
 
 # A group that walks stands where all are this near to its goal, in meters.
 _GATHERED = 1.0
@@ -58,7 +58,7 @@ def host_of(tick):
         if signal[_OPEN] != CLOSED or _place_in(signal, tick.index) < 0:
             continue
         it = body_at(tick, i)
-        if math.hypot(it.x - tick.x, it.y - tick.y) > _READABLE:
+        if math.hypot(it.x - tick.x, it.y - tick.y) > READABLE:
             continue
         begun = signal[_SINCE]
         if begun < since or (begun == since and number_of(tick, i) < number):

@@ -42,6 +42,9 @@ _REACH = 0.05
 # be there in the time. In meters, m/s and seconds.
 SETTLED, _OFF, _SLOWLY, _SOON = 0.1, 0.2, 0.2, 0.5
 
+# A person who settles presses on from this near, in meters.
+_PRESSES = 0.8
+
 _STAND = float(Hold.STAND)
 
 
@@ -164,12 +167,24 @@ def stand(tick):
 
 
 @jit_inline
-def settle(tick, x, y):
-    """Walks to a point and stays there; returns whether the person is there."""
+def approach_speed(tick, left):
+    """Returns the speed for a way of which some meters are left."""
+    return min(tick.max_speed, max(_SLOWLY, left / _SOON))
+
+
+@jit_inline
+def settle(tick, x, y, off=_OFF):
+    """Walks to a point and stays there; returns whether the person is there.
+
+    Whoever stands goes on standing up to the distance `off`.
+    """
     left = math.hypot(x - tick.x, y - tick.y)
     is_still = speed_of(tick) < STANDING
-    if left <= SETTLED or (is_still and left <= _OFF):
+    if left <= SETTLED or (is_still and left <= off):
         stand(tick)
         return True
-    walk_to(tick, x, y, min(tick.max_speed, max(_SLOWLY, left / _SOON)))
+    walk_to(tick, x, y, approach_speed(tick, left))
+    if left < _PRESSES and speed_of(tick) < _SLOWLY / 2:
+        # (Walls near the point hold nobody back.)
+        tick.desired_speed = PRESSING
     return False

@@ -18,8 +18,9 @@ People = Annotated[
     Meaning.PEOPLE,
 ]
 
-# The name or the number of a place.
+# The name or the number of a place, and of one that is a door.
 PlaceName = Annotated[str, Meaning.PLACE]
+DoorName = Annotated[str, Meaning.DOOR]
 
 # An entry of the blackboard that the leaf sets.
 Result = Annotated[int, Meaning.RESULT]

@@ -37,6 +37,9 @@ class Meaning(Enum):
     PLACE = "a place"
     """The name or the number of a place."""
 
+    DOOR = "a door"
+    """The name or the number of a place of that type."""
+
     RESULT = "a result"
     """An entry that the leaf sets: it gets the number of its slot."""
 
@@ -103,7 +106,7 @@ class Port:
 
     def number(self, value: Any) -> float:
         """Returns the number of a value for compiled code."""
-        if self.meaning is Meaning.PLACE:
+        if self.meaning in (Meaning.PLACE, Meaning.DOOR):
             return place_code(value)
         if self.meaning is Meaning.PEOPLE:
             return people_code(value)
