@@ -497,6 +497,7 @@ def _behavior_faults(
 ) -> Iterator[tuple[Loc, str]]:
     """Yields the faults of a behavior, each with its place in it."""
     from hunav_drake.systems.behavior import (
+        ACTIVITIES,
         BEHAVIORS,
         CheckBehavior,
         TreePortError,
@@ -504,11 +505,11 @@ def _behavior_faults(
 
     tree = tree_of(behavior)
     loc: Loc = () if isinstance(behavior, str) else (TAG,)
-    if tree not in BEHAVIORS and not is_xml(tree) and not is_path(tree):
+    known = [*BEHAVIORS, *ACTIVITIES]
+    if tree not in known and not is_xml(tree) and not is_path(tree):
         yield (
             loc,
-            f"there is no behavior {shown(tree)};"
-            f" {suggestion(tree, list(BEHAVIORS))}",
+            f"there is no behavior {shown(tree)}; {suggestion(tree, known)}",
         )
         return
     for error in CheckBehavior(behavior, profile=profile):

@@ -19,6 +19,7 @@ from hunav_drake.systems.scene.overlays.tags import (
     SPEECH,
     TAG_Z,
     Colors,
+    activity_text,
     bubble_text,
     tag_picture,
     tag_text,
@@ -155,7 +156,7 @@ class FilmOverlays:
             if "names" in self._shown:
                 human = self._trial.humans[i]
                 stands = math.hypot(row[VX], row[VY]) < STANDING_SPEED
-                activity = words[i] or ("stands" if stands else "")
+                activity = activity_text(words[i], stands)
                 text = tag_text(
                     human.name,
                     human.behavior_name,

@@ -7,6 +7,7 @@ from hunav_drake.systems.behavior.language.tree_ports import (
     TreePortError,
 )
 from hunav_drake.systems.behavior.library import (
+    ACTIVITIES,
     BEHAVIORS,
     CheckBehavior,
     LoadBehavior,
@@ -31,6 +32,7 @@ from hunav_drake.systems.behavior.writer import ConvertTree, WriteTree
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
 __all__ = [
+    "ACTIVITIES",
     "BEHAVIORS",
     "NODE_TYPES",
     "BehaviorConfig",

@@ -25,7 +25,11 @@ from hunav_drake.systems.behavior.nodes.errors import (
     Spot,
 )
 from hunav_drake.systems.behavior.nodes.node import NodeType
-from hunav_drake.systems.behavior.profiles import BEHAVIORS, behavior_set
+from hunav_drake.systems.behavior.profiles import (
+    ACTIVITIES,
+    BEHAVIORS,
+    behavior_set,
+)
 from hunav_drake.systems.behavior.society import spoken_texts
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import (
@@ -36,6 +40,7 @@ from hunav_drake.systems.people.behavior_choice import (
 from hunav_drake.systems.people.profile import ProfileName
 
 __all__ = [
+    "ACTIVITIES",
     "BEHAVIORS",
     "CheckBehavior",
     "LoadBehavior",
@@ -64,8 +69,8 @@ def LoadTree(
     including them, as in ``<SubTree ID="RegularNavTree"/>``.
 
     Args:
-        name_or_path: One of `BEHAVIORS`, or the path of an XML file in the
-            format 3 or 4 of BehaviorTree.CPP.
+        name_or_path: One of `BEHAVIORS` or `ACTIVITIES`, or the path of an XML
+            file in the format 3 or 4 of BehaviorTree.CPP.
         ports: Values for ports of the tree: numbers, texts, booleans. The
             others have the defaults that the file declares.
         allow_outside: Whether the file may include files that are not in its
@@ -156,10 +161,10 @@ def LoadBehavior(
             raise BehaviorTreeError(
                 "there is no such file", Place(behavior.type)
             )
-    elif behavior.type not in BEHAVIORS:
+    elif behavior.type not in (known := behavior_set(profile).files):
         # Any other word is meant as a name, even where there is such a file.
         place = Place("behavior")
-        raise Spot(place).unknown("behavior", behavior.type, BEHAVIORS)
+        raise Spot(place).unknown("behavior", behavior.type, known)
     return LoadTree(behavior.type, behavior.ports, profile=profile)
 
 

@@ -12,8 +12,8 @@ from hunav_drake.systems.people.profile import ProfileName
 
 _FOLDER = Path(__file__).resolve().parent
 _TREES, _HUNAVSIM_TREES = _FOLDER / "trees", _FOLDER / "hunavsim"
-# Parts of trees, for users' trees.
-_BLOCKS = _FOLDER / "blocks"
+# Parts of trees, for users' trees; and whole ones of people with each other.
+_BLOCKS, _ACTIVITIES = _FOLDER / "blocks", _FOLDER / "activities"
 
 # The behaviors of HuNavSim.
 _ORIGINAL = (
@@ -26,6 +26,15 @@ BEHAVIORS: Mapping[str, Path] = MappingProxyType(
     {
         name: _TREES / f"{name}.xml"
         for name in (*_ORIGINAL, "distracted", "cooperative")
+    }
+)
+
+# The file of each activity, which a `HumanConfig` can name, too: what people do
+# with places and with each other.
+ACTIVITIES: Mapping[str, Path] = MappingProxyType(
+    {
+        name: _ACTIVITIES / f"{name}.xml"
+        for name in ("sit", "queue", "errands", "talk", "chat", "guide")
     }
 )
 
@@ -48,16 +57,18 @@ class BehaviorSet(NamedTuple):
     node_types: Callable[[], Mapping[str, NodeType]]
 
 
-_DEFAULT = BehaviorSet(BEHAVIORS, (_TREES, _BLOCKS), lambda: NODE_TYPES)
+_DEFAULT = BehaviorSet(
+    {**BEHAVIORS, **ACTIVITIES}, (_TREES, _BLOCKS), lambda: NODE_TYPES
+)
 # The scared were pushed less, but by stronger forces of the robot, too.
-_OLD = {**BEHAVIORS, "scared": _FOLDER / "version_0_1" / "scared.xml"}
+_OLD = {**_DEFAULT.files, "scared": _FOLDER / "version_0_1" / "scared.xml"}
 
 _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
     {
         "default": _DEFAULT,
         "hunav_drake_0.1": _DEFAULT._replace(files=_OLD),
         "hunavsim": BehaviorSet(
-            {**BEHAVIORS, **_HUNAVSIM},
+            {**_DEFAULT.files, **_HUNAVSIM},
             (_HUNAVSIM_TREES, _TREES, _BLOCKS),
             hunavsim_node_types,
         ),

@@ -12,6 +12,8 @@ from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import (
     SIGNAL_SIZE,
     STATE_SIZE,
+    VX,
+    VY,
     YAW,
     Activity,
     Gesture,
@@ -55,6 +57,9 @@ _SEATED, _BED = 1.38, 0.66
 # Rates: of sitting down, in 1/s, of the head and of the arms, in rad/s; and how
 # far the head turns, in radians.
 _DOWN, _TURN, _MOVE, _ASIDE = 1.0, 4.0, 5.0, 1.2
+
+# Whoever is slower has arrived, in m/s.
+_STILL = 0.1
 
 # How long gestures repeat, in seconds: a common multiple of their periods.
 _REPEAT = 60.0
@@ -104,7 +109,10 @@ def advance_manners(
         own[LIES] = _nearer(own[LIES], lies, down)
         look = _look(signal, state, human_states, robot_states)
         own[LOOKS] = _nearer(own[LOOKS], look, _TURN * time_step)
-        is_busy, left, right, left_elbow, right_elbow = _arms(signal, own[TIME])
+        is_still = math.hypot(state[VX], state[VY]) < _STILL
+        is_busy, left, right, left_elbow, right_elbow = _arms(
+            signal, own[TIME], is_still
+        )
         move = _MOVE * time_step
         own[BUSY] = _nearer(own[BUSY], 1.0 if is_busy else 0.0, move)
         own[ARMS] = _nearer(own[ARMS], left, move)
@@ -181,7 +189,7 @@ def _look(
 
 @jit
 def _arms(
-    signal: Array, time: float
+    signal: Array, time: float, is_still: bool
 ) -> tuple[bool, float, float, float, float]:
     """Returns whether the arms do something, and the angles that they have.
 
@@ -210,7 +218,7 @@ def _arms(
     if talks or signal[_SAID] != 0.0:
         low = 0.35 + 0.15 * slow
         return True, low, 0.5 + 0.2 * slow, 1.1 - 0.3 * slow, 1.3 + 0.3 * beat
-    if signal[_ACTIVITY] == _USES:
+    if signal[_ACTIVITY] == _USES and is_still:
         if sits:
             # Hands on a desk.
             typing = 0.05 * beat

@@ -86,12 +86,12 @@ def declared_ports(
             for element in tree.children:
                 name = element.attributes.get("name")
                 if element.tag in _PORT_TAGS and name:
-                    ports[name] = TreePort(
-                        name,
-                        element.attributes.get("type", ""),
-                        element.attributes.get("default") or None,
-                        element.place,
-                    )
+                    # (Groot2 writes an empty default for none.)
+                    kind = element.attributes.get("type", "")
+                    default = element.attributes.get("default")
+                    if not default and kind != "std::string":
+                        default = None
+                    ports[name] = TreePort(name, kind, default, element.place)
     return result
 
 

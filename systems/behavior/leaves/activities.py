@@ -20,7 +20,7 @@ from hunav_drake.systems.behavior.leaves.pacing import (
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.social_ports import PlaceName, Seconds
-from hunav_drake.systems.behavior.leaves.walking import IGNORED, Role, act
+from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
@@ -147,7 +147,7 @@ def queue(
         own[0] = 0.0
         own[1] = 0.0
         return FAILURE
-    act(tick, robot)
+    tick.robot_role = ROLES[int(robot)]
     x, y, yaw = pose_of(tick, row)
     spacing, seconds = _row(tick, row)[5], _row(tick, row)[6]
     before = signal_of(tick, tick.index)
@@ -267,7 +267,7 @@ def use_place(
         own[1] = 0.0
         own[2] = 0.0
         return FAILURE
-    act(tick, robot)
+    tick.robot_role = ROLES[int(robot)]
     if not _holds(tick, own):
         own[0] = 0.0
         _choose(tick, own, row, int(kind))

@@ -344,9 +344,8 @@ class OverlayPublisher(LeafSystem):
         words = calm_activities(self._EvalSignals(context), n)
         for i, name in enumerate(board.names):
             reacts[i] &= not words[i]
-            activity = 2 if reacts[i] else int(stands[i])
-            if words[i]:
-                activity = board.activities.index(words[i])
+            word = activity_text(words[i], bool(stands[i]))
+            activity = board.activities.index("reacts" if reacts[i] else word)
             for k in range(len(board.activities)):
                 tag = board.Tag(name, k)
                 meshcat.SetProperty(tag, "visible", k == activity, time)

@@ -65,6 +65,15 @@ def calm_activities(signals: Array | None, n: int) -> list[str]:
     return [WORDS.get(code, "") for code in codes]
 
 
+def activity_text(word: str, is_still: bool) -> str:
+    """Returns the word of a tag: people who walk there do not sit yet."""
+    if word in ("follows", "accompanies", "walks in a group"):
+        return word
+    if is_still:
+        return word or "stands"
+    return ""
+
+
 def bubble_text(text: str) -> str:
     """Returns the text of a bubble with what a person says."""
     return _cut(f"\u201c{text}\u201d")
