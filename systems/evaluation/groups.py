@@ -57,9 +57,9 @@ class Groups(NamedTuple):
 def groups_by_signals(humans: Array, signals: Array) -> Groups:
     """Returns the circles that people show, with the center of their host.
 
-    Members show the activity CONVERSATION and the same host, and stand; others
-    are still on their way. The center is that of the host, or the mean of the
-    members if the host is a robot.
+    Members show the activity CONVERSATION and the same host, and stand within
+    2.0 m of the center; others are still on their way. The center is that of
+    the host, or the mean of those who talk if the host is a robot.
 
     Args:
         humans: States of n people, shape (N + 1, n, 7).
@@ -80,7 +80,9 @@ def groups_by_signals(humans: Array, signals: Array) -> Groups:
         keys[by_person] % span,
         Signal.CENTER_X : Signal.CENTER_Y + 1,
     ]
-    return _groups(sample, np.eye(n, dtype=bool)[person], label, places, center)
+    near = np.hypot(*(places - center[label]).T) <= _OUTER
+    own = np.eye(n, dtype=bool)[person]
+    return _groups(sample[near], own[near], label[near], places[near], center)
 
 
 def groups_by_geometry(humans: Array) -> Groups:

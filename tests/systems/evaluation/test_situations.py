@@ -630,3 +630,38 @@ def test_a_talk_is_the_same_by_signals_and_by_geometry():
     ):
         found = FindSituations(told)
         assert found.flags["join_group"].sum() > 10
+
+
+TREE = """
+      <root BTCPP_format="4" main_tree_to_execute="It">
+        <BehaviorTree ID="It">{}</BehaviorTree>
+      </root>
+"""
+
+
+def test_who_accompanies_a_robot_is_told():
+    scenario = LoadScenario(
+        data="humans:\n  - pose: [-3, 1.5, 0]\n    behavior: |"
+        + TREE.format("<AccompanyRobot/>")
+        + "robot: {start: [-4, 0, 0], goal: [4, 0, 0]}\n"
+        + "planner: {type: pursuit}\nsimulation: {duration: 8}"
+    )
+    found = FindSituations(RunTrial(scenario).recording)
+    assert found.shares().loc["accompanied", "primary"] > 0.9
+    assert found.flags["down_path"].any()
+
+
+def test_an_open_circle_is_told_from_when_two_stand_in_it():
+    one = TREE.format("<Converse/>")
+    two = TREE.format('<JoinConversation distance="9"/>')
+    scenario = LoadScenario(
+        data=f"humans:\n  - pose: [0, 0, 0]\n    behavior: |{one}"
+        f"  - pose: [4, 0, 3.14]\n    behavior: |{two}"
+        "robot: {start: [-2, -3, 0], goal: [4, -3, 0]}\n"
+        "planner: {type: pursuit}\nsimulation: {duration: 8}"
+    )
+    recording = RunTrial(scenario).recording
+    shown = groups_by_signals(recording.humans, recording.social_signals)
+    assert len(shown.sample) > 20
+    np.testing.assert_allclose(shown.radius, 0.82, atol=0.4)
+    np.testing.assert_allclose(shown.radius[-1], 0.82, atol=0.12)
