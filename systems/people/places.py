@@ -19,8 +19,14 @@ from hunav_drake.systems.common.schema import (
 )
 
 PlaceType = Literal[
-    *("point", "counter", "seat", "bus_stop", "shelf", "door_button"),
-    *("screen", "door"),
+    "point",
+    "counter",
+    "seat",
+    "bus_stop",
+    "shelf",
+    "door_button",
+    "screen",
+    "door",
 ]
 PLACE_TYPES: tuple[PlaceType, ...] = get_args(PlaceType)
 

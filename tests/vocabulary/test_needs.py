@@ -9,6 +9,7 @@ import pytest
 from hunav_drake import HumanConfig, LoadScenario, ScenarioError
 from hunav_drake.systems.behavior import BehaviorTreeError, NodeStatus
 from hunav_drake.systems.people.places import Place
+from tests.systems.behavior.ticks import all_discrete_state
 from tests.vocabulary.stage import DT, STAND, Stage, someone, tree
 
 R, S, F = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
@@ -129,20 +130,7 @@ def test_02_needs_go_on_bit_for_bit_from_forks(separate):
     simulator.Initialize()
     simulator.AdvanceTo(stage.k * DT)
     np.testing.assert_array_equal(
-        clone.get_discrete_state_vector().value()
-        if clone.num_discrete_state_groups() == 1
-        else np.concatenate(
-            [
-                clone.get_discrete_state(i).value()
-                for i in range(clone.num_discrete_state_groups())
-            ]
-        ),
-        np.concatenate(
-            [
-                stage.context.get_discrete_state(i).value()
-                for i in range(clone.num_discrete_state_groups())
-            ]
-        ),
+        all_discrete_state(clone), all_discrete_state(stage.context)
     )
 
 
