@@ -440,10 +440,12 @@ def _name_check(
         if not tree.is_social or (found := known()) is None:
             return []
         numbers, places = found
-        own = numbers[whole[:-1] if whole[0] == "humans" else whole[:3]]
+        is_listed = whole[0] == "humans"
+        needs = scenario.humans[int(whole[1])].needs if is_listed else ()
+        own = numbers[whole[:-1] if is_listed else whole[:3]]
         ids = {*itertools.chain.from_iterable(numbers.values())}
         try:
-            check_named(tree, own, ids, places)
+            check_named(tree, own, ids, places, needs)
         except BehaviorTreeError as error:
             return [((), str(error))]
         return []

@@ -89,7 +89,7 @@ class Society:
         rows = {number: row for row, number in enumerate(ids)}
         lists: dict[float, list[float]] = {}
         for tree, person in zip(trees, people, strict=True):
-            check_named(tree, [person.id], rows, places)
+            check_named(tree, [person.id], rows, places, person.needs)
             for _, _, numbers in _named(tree, Meaning.PEOPLE):
                 if len(numbers) > 1:
                     own = [rows[number] for number in numbers]
@@ -133,18 +133,20 @@ def check_named(
     own: Collection[int],
     ids: Container[int],
     places: Sequence[Place],
+    needs: Collection[str],
 ) -> None:
-    """Checks that people and places that a tree names are there.
+    """Checks that people, places and needs that a tree names are there.
 
     Args:
         tree: The tree.
         own: The numbers of the people that tick it.
         ids: The numbers of all people.
         places: All places, with names and numbers.
+        needs: The needs of these people.
 
     Raises:
-        BehaviorTreeError: If a person or place is not there, or a leaf is to
-            act for another person.
+        BehaviorTreeError: If a person, place or need is not there, or a leaf is
+            to act for another person.
     """
     for node in tree.nodes:
         others = [it for it in own if node.owner not in (None, it)]
@@ -168,6 +170,12 @@ def check_named(
                     f"port {port}: must be a door, but {place.name!r} is a"
                     f" {place.type}; give the place the type door"
                 )
+    for node, port, (name,) in _named(tree, Meaning.NEED):
+        if name not in needs:
+            raise node.error(
+                f"port {port}: there is no need {name!r}; add it to the"
+                f" person's needs{did_you_mean(name, needs)}"
+            )
     for meaning in (Meaning.PERSON, Meaning.PEOPLE):
         for node, port, numbers in _named(tree, meaning):
             _check_people(node, port, numbers, ids)

@@ -12,12 +12,19 @@ from hunav_drake.systems.behavior.describe import describe_tree
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.parser import ParsedTree
 from hunav_drake.systems.behavior.nodes.control_flow import MAX_CYCLES_PER_TICK
-from hunav_drake.systems.behavior.nodes.language_nodes import check_thresholds
+from hunav_drake.systems.behavior.nodes.language_nodes import (
+    check_needs,
+    check_thresholds,
+)
 from hunav_drake.systems.behavior.nodes.node import Node
 from hunav_drake.systems.behavior.nodes.operations import AGAIN, SWITCH
 from hunav_drake.systems.behavior.nodes.program import Program
 from hunav_drake.systems.behavior.nodes.status import NodeStatus
-from hunav_drake.systems.behavior.nodes.tick_context import GOAL_INDEX, Person
+from hunav_drake.systems.behavior.nodes.tick_context import (
+    GOAL_INDEX,
+    Person,
+    need_slots,
+)
 from hunav_drake.systems.behavior.society import Society
 from hunav_drake.systems.behavior.walk import Walk
 from hunav_drake.systems.common.arrays import Array
@@ -122,6 +129,7 @@ class Tree:
             check_thresholds(
                 node, {name: node.constant(name) for name in node.ports}
             )
+            check_needs(node)
         _work(self.root)
         self._initial = parsed.assembled.initial
         self._given = {
@@ -134,6 +142,10 @@ class Tree:
         values = {"id": float(person.id), "dt": person.time_step}
         for key, slot in self._given.items():
             memory[slot] = values[key]
+        for need, numbers in person.needs.items():
+            for name, value in zip(need_slots(need), numbers, strict=True):
+                if name in self.slots:
+                    memory[self.slots.index(name)] = value
         return memory
 
     def describe_memory(self, person: Person, num_robots: int) -> str:

@@ -138,6 +138,7 @@ class Walk:
             "num_rows": len(program.nodes),
             "num_slots": len(program.slots),
             "num_halted": len(program.halted),
+            "num_needs": program.num_needs,
         }
 
     def _person_fields(self, person: Person) -> dict[str, float]:
@@ -238,7 +239,9 @@ class Walk:
             values = {name: node.read(name, memory) for name in node.ports}
             check_thresholds(node, values)
             ports = node.type.ports
-            numbers = [ports[it].number(value) for it, value in values.items()]
+            numbers = [
+                program.number(ports[it], value) for it, value in values.items()
+            ]
             work[self._values][: len(numbers)] = numbers
             return int(PORTS_READ)
         if code != RUN_LEAF:

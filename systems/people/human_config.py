@@ -4,7 +4,13 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, GetJsonSchemaHandler, StrictBool, model_validator
+from pydantic import (
+    Field,
+    GetJsonSchemaHandler,
+    StrictBool,
+    StrictFloat,
+    model_validator,
+)
 from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
@@ -19,6 +25,7 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     PositiveSpeed,
     Speed,
+    within,
 )
 from hunav_drake.systems.people.behavior_choice import Behavior, behavior_name
 from hunav_drake.systems.people.parameters import SocialForceParameters
@@ -35,6 +42,18 @@ STAND_IN = (0.0, 0.0, 0.0)
 
 # The largest number of a group.
 MAX_GROUP_ID = 2**31 - 1
+
+
+@plain_errors
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class NeedConfig:
+    """A need of a person: 100 when it is satisfied, 0 when it is urgent."""
+
+    initial: Annotated[StrictFloat, within(0, 100)] = 100.0
+    """Level at the start."""
+
+    rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 1.0
+    """Loss of level, per second."""
 
 
 @plain_errors
@@ -84,6 +103,9 @@ class HumanConfig:
     invitations: Literal["accept", "ignore"] = "accept"
     """Whether the person comes when others ask for a talk or a walk together:
     see `ConversationFormation` and `SetGroupWalk`."""
+
+    needs: dict[Name, NeedConfig] = field(default_factory=dict)
+    """Needs by name, which behavior trees see to: see `NeedsSelector`."""
 
     goals: Points = field(default_factory=list)
     """Goals (x, y) to walk to, one after the other, in W, in meters."""

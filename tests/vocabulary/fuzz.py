@@ -27,6 +27,7 @@ WORLD = World(
 )
 PLACES = [Place(name=f"p{i}", pose=(3.0 * i - 4, i - 3.0, i)) for i in range(3)]
 PLACES.append(Place(name="door", type="door", pose=(-2, 0.5, 0.4)))
+NEEDS = {"thirst": {"initial": 60, "rate": 5.0}, "rest": {}}
 # Nodes of the language that take texts or numbers of their own.
 _PLAIN = ("Sequence", "Fallback", "ReactiveSequence", "ReactiveFallback")
 _AROUND = ("Inverter", "ForceSuccess", "ForceFailure", "RunOnce")
@@ -36,6 +37,7 @@ _TIMED = (
     'Cooldown seconds="{:.2f}"',
     'TimeDelay delay="{:.2f}"',
     'Repeat num_cycles="2"',
+    'Satisfies need="rest" amount="20" place="p0"',
 )
 
 
@@ -55,6 +57,8 @@ def _value(port, generator, own):
         count = generator.integers(1, PEOPLE - 1)
         numbers = generator.choice(others, count, replace=False)
         return generator.choice(["{who}", ", ".join(map(str, numbers))])
+    if port.meaning is Meaning.NEED:
+        return generator.choice([*NEEDS])
     if port.meaning is Meaning.DOOR:
         return "door"
     if port.meaning is Meaning.PLACE:
@@ -93,12 +97,15 @@ def random_tree(generator, own, depth=0):
         head = head.format(generator.choice([0.2, 1.0, 3.0]))
         children = [random_tree(generator, own, depth + 1)]
     else:
-        head = generator.choice(_PLAIN)
+        head = generator.choice([*_PLAIN, "NeedsSelector"])
         assert NODE_TYPES[head].children == MANY
         count = generator.integers(1, 5)
         children = [
             random_tree(generator, own, depth + 1) for _ in range(count)
         ]
+        if head == "NeedsSelector":
+            satisfies = '<Satisfies need="thirst" amount="30">{}</Satisfies>'
+            children = [satisfies.format(it) for it in children]
     return f"<{head}>{''.join(children)}</{head.partition(' ')[0]}>"
 
 
@@ -121,6 +128,7 @@ def run(seed: int) -> str:
             f"{finds}</ForceFailure>{random_tree(generator, i + 1)}",
             goals=[tuple(generator.uniform(-6, -1, 2)) for _ in range(2)],
             cyclic=bool(generator.integers(2)),
+            needs=NEEDS,
             invitations=str(generator.choice(["accept", "ignore"])),
         )
         for i in range(PEOPLE)

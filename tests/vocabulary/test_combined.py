@@ -4,6 +4,7 @@ import json
 import math
 
 import numpy as np
+from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import (
@@ -26,7 +27,7 @@ from hunav_drake.systems.common.layout import OUTSIDE, SILENT, Activity, Signal
 from hunav_drake.systems.people.places import Place, complete_places
 from hunav_drake.systems.people.traffic import Sink, Source, Traffic
 from hunav_drake.trial.seeds import SetHumansSeed
-from tests.vocabulary.stage import STAND, Stage, someone, tree
+from tests.vocabulary.stage import DT, STAND, Stage, someone, tree
 
 R, S, F = NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE
 
@@ -411,3 +412,83 @@ def test_names_in_trees_of_drawn_people_are_checked(node, message):
     }
     with pytest.raises(ScenarioError, match=message):
         scenario(population={"cohorts": [cohort]})
+
+
+MIXED = [
+    '<SubTree ID="ChatTree" probability="1" seconds="2" again="4"/>',
+    '<SubTree ID="ChatTree" probability="1" seconds="2" again="4"/>',
+    '<GiveWayAtDoor place="door"/>',
+    '<AccompanyRobot duration="6"/>',
+    '<SubTree ID="RandomGoalsTree" period="1"/>',
+    "<Inverter><WaitForFreeWay/></Inverter>",
+    '<SubTree ID="StopAndLookTree"/>',
+    '<NeedsSelector><Satisfies need="rest" amount="30"><UsePlace kind="shelf"'
+    ' seconds="1"/></Satisfies></NeedsSelector>',
+]
+
+
+def meeting(separate):
+    """People with all of these, one who comes later, and two robots."""
+    places = [
+        Place(name="door", type="door", pose=(0, 0, 0)),
+        *(Place(pose=(3.0 * i - 3, 3, 0)) for i in range(3)),
+        Place(type="shelf", pose=(-4, 4, 0)),
+    ]
+    people = [
+        someone(
+            *(3.0 * (i % 4) - 5, 2.0 * (i // 4) - 1, 0.4 * i, node),
+            goals=[(4.0 - i, 0.5 * i - 2), (i - 3.0, 2.0)],
+            cyclic=True,
+            needs={"rest": {"initial": 30}},
+        )
+        for i, node in enumerate(MIXED)
+    ]
+
+    def robots(t):
+        one = [0.4 * t - 3, 0.2, 0, 0.4, 0, 0, 0.3]
+        return [*one, 1.0, 3 - 0.3 * t, -1.57, 0, -0.3, 0, 0.3]
+
+    return Stage(
+        people,
+        places=places,
+        robot=robots,
+        traffic=arrivals(len(people), [1]),
+        separate_trees=separate,
+        seed=4,
+    )
+
+
+def test_separate_trees_and_one_system_do_the_same_also_after_a_fork():
+    ends = []
+    for separate in (True, False):
+        stage = meeting(separate)
+        for k, _ in enumerate(stage.run(12.0)):
+            if k == 120:
+                clone = stage.context.Clone()
+        ends.append(np.r_[stage.states.ravel(), stage.signals.ravel()])
+        simulator = Simulator(stage.diagram, clone)
+        simulator.Initialize()
+        for k in range(122, 241):
+            port = stage.diagram.GetInputPort("robot_states")
+            port.FixValue(clone, stage._robot(k * DT))
+            simulator.AdvanceTo(k * DT)
+        stage.context, stage._simulator = clone, simulator
+        ends.append(np.r_[stage.states.ravel(), stage.signals.ravel()])
+    for other in ends[1:]:
+        np.testing.assert_array_equal(other, ends[0])
+
+
+def test_needs_begin_anew_when_somebody_comes_in():
+    needs = {"rest": {"initial": 50, "rate": 2.0}}
+    node = '<ForceFailure><NeedBelow name="it" need="rest"/></ForceFailure>'
+    people = [someone(i, 0, 0, node, rest=STAND, needs=needs) for i in (0, 1)]
+    stage = Stage(people, traffic=arrivals(2, [1]))
+    since, below = [None, None], [None, None]
+    for t in stage.run(25.0):
+        for i in range(2):
+            if stage.states[i, 0] != OUTSIDE:
+                since[i] = since[i] or t
+            if stage.statuses(i)["it"] == S:
+                below[i] = below[i] or t
+    assert since[1] > 1
+    assert np.subtract(below, since) == pytest.approx([10, 10], abs=0.11)

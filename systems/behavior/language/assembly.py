@@ -36,6 +36,7 @@ from hunav_drake.systems.behavior.nodes.pre_post_conditions import (
 from hunav_drake.systems.behavior.nodes.tick_context import (
     PERSON_MEMORY,
     SOCIAL_MEMORY,
+    need_slots,
 )
 
 
@@ -72,6 +73,8 @@ def assemble(draft: Draft, entries: list[Entry]) -> Assembled:
     is_social = any(each.type.is_social for each in drafts)
     if is_social:
         own |= SOCIAL_MEMORY
+    for need in sorted({*_needs(drafts)}):
+        own |= dict.fromkeys(need_slots(need), 0.0)
     slots, initial = list(own), list(own.values())
     following = len(slots) + sum(len(_own_slots(each)) for each in drafts)
     for slot, entry in enumerate(changing, following):
@@ -97,6 +100,21 @@ def _preorder(draft: Draft) -> Iterator[Draft]:
 def _bound_ports(draft: Draft) -> Iterator[tuple[Port, str | Entry]]:
     for name, binding in draft.bindings.items():
         yield draft.type.ports[name], binding
+
+
+def _needs(drafts: list[Draft]) -> Iterator[str]:
+    """Yields the needs that nodes name."""
+    for draft in drafts:
+        for port, binding in _bound_ports(draft):
+            if port.meaning is not Meaning.NEED:
+                continue
+            name = _literal(binding)
+            if name is None:
+                raise draft.spot.fault(
+                    f"port {port.name}: must be the name of a need, not an"
+                    " entry that is set later; write the name"
+                )
+            yield name
 
 
 def _settle(draft: Draft) -> None:

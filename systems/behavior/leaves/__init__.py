@@ -11,6 +11,7 @@ from hunav_drake.systems.behavior.leaves import (  # noqa: F401
     goals,
     going,
     making_way,
+    needs,
     others,
     pausing,
     reactions,

@@ -22,6 +22,9 @@ People = Annotated[
 PlaceName = Annotated[str, Meaning.PLACE]
 DoorName = Annotated[str, Meaning.DOOR]
 
+# The name of a need of the person.
+NeedName = Annotated[str, Meaning.NEED]
+
 # An entry of the blackboard that the leaf sets.
 Result = Annotated[int, Meaning.RESULT]
 NO_RESULT = -1

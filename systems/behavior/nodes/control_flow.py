@@ -25,6 +25,7 @@ from hunav_drake.systems.behavior.nodes.scripts import (
     interrupt,
     row_at,
 )
+from hunav_drake.systems.behavior.nodes.social import queue_length
 from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.table import PORT
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
@@ -217,9 +218,15 @@ def enter(tick, row, has_read):
             return -FAILURE
         scratch[0] = steps_of(ports[0], tick.time_step)
         return row + 1
+    if operation == op.NEEDS:
+        if memory[node.first] > 0:
+            child = _child(tick, row, np.int64(memory[node.first]) - 1)
+        else:
+            child = _most_wanted(tick, row)
+        return child if child else -FAILURE
     if operation == op.IF:
         return max(_child(tick, row, np.int64(memory[node.first])), row + 1)
-    if operation in (op.WHILE, op.MAPPED):
+    if operation in (op.WHILE, op.MAPPED, op.SATISFIES):
         return row + 1
     if operation == op.SWITCH:
         chosen = 0
@@ -323,6 +330,16 @@ def resume(tick, row, child, status):
             memory[node.first] = scratch[0]
         memory[node.first + 1] = status == RUNNING
         return -status
+    if operation == op.NEEDS:
+        index = row_at(tick, child).index
+        memory[node.first] = index + 1 if status == RUNNING else 0
+        return -status
+    if operation == op.SATISFIES:
+        if status == SUCCESS:
+            need = np.int64(_number(tick, node, 0))
+            level = memory[need] + _number(tick, node, 1)
+            memory[need] = min(max(level, 0.0), 100.0)
+        return -status
     if operation in (op.IF, op.WHILE):
         return _branch(tick, row, child, status)
     if operation == op.SWITCH:
@@ -337,6 +354,26 @@ def resume(tick, row, child, status):
     elif status != RUNNING:
         memory[node.first + row_at(tick, child).index] = status
     return _tick_rest(tick, row, child, True)
+
+
+@jit_part
+def _most_wanted(tick, row):
+    """Returns the row of the Satisfies that is worth most to the person, or 0.
+
+    People in the queue at its place make it worth less.
+    """
+    node = row_at(tick, row)
+    child, most, chosen = row + 1, 0.0, 0
+    while child:
+        at = row_at(tick, child)
+        level = numbers_at(tick.memory)[np.int64(_number(tick, at, 0))]
+        worth = _number(tick, at, 1) / 100 * _number(tick, at, 2)
+        queue = queue_length(tick, _number(tick, at, 3))
+        worth *= (100 - level) / 100 * max(0.2, 1 - 0.05 * queue)
+        if worth > most:
+            most, chosen = worth, child
+        child = _following(tick, node, child)
+    return chosen
 
 
 @jit_as(INTEGER, TICK_RECORD, INTEGER)

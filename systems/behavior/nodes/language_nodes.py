@@ -14,7 +14,7 @@ from hunav_drake.systems.behavior.nodes.node import (
     NodeType,
 )
 from hunav_drake.systems.behavior.nodes.operations import Operation
-from hunav_drake.systems.behavior.nodes.port import Port
+from hunav_drake.systems.behavior.nodes.port import Meaning, Port
 from hunav_drake.systems.behavior.nodes.status import (
     FAILURE,
     RUNNING,
@@ -26,6 +26,9 @@ from hunav_drake.systems.common.schema import within
 _MILLISECONDS = Annotated[float, within(0, 1e9, "ms")]
 _SECONDS = Annotated[float, within(0, 1e9, "s")]
 _CYCLES = Annotated[int, within(-1, 1e9)]
+_NEED = Annotated[str, Meaning.NEED]
+_AMOUNT = Annotated[float, within(0, 100)]
+_WEIGHT = Annotated[float, within(0, 1e9)]
 _PLACE = {"child": 0.0, "skipped": 0.0}
 
 
@@ -190,6 +193,26 @@ LANGUAGE_NODES = (
         kept=("steps left",),
         children=(1, 1),
     ),
+    _control(
+        "NeedsSelector",
+        "Ticks the child that is worth most for the person's needs.",
+        op.NEEDS,
+        slots={"child": 0.0},
+        is_social=True,
+    ),
+    _node(
+        *("Decorator", "Satisfies"),
+        "Raises the level of a need when its child succeeds.",
+        op.SATISFIES,
+        ports=(
+            Port("need", _NEED),
+            Port("amount", _AMOUNT),
+            Port("weight", _WEIGHT, 1.0),
+            Port("place", Annotated[str, Meaning.PLACE], ""),
+        ),
+        children=(1, 1),
+        is_social=True,
+    ),
     _node("Action", "AlwaysSuccess", "Succeeds.", op.GIVE, SUCCESS),
     _node("Action", "AlwaysFailure", "Fails.", op.GIVE, FAILURE),
     _node(
@@ -215,4 +238,26 @@ def check_thresholds(node: Node, values: dict[str, Any]) -> None:
             raise node.error(
                 f"port {port}: must be at most {count}, the number of"
                 f" children, got {value}"
+            )
+
+
+def check_needs(node: Node) -> None:
+    """Checks what is under NeedsSelector, if the node is one.
+
+    Raises:
+        BehaviorTreeError: If a child is no Satisfies, or has a place that is
+            set later.
+    """
+    if node.type.operation.code != op.NEEDS:
+        return
+    for child in node.children:
+        if child.type.operation.code != op.SATISFIES:
+            raise child.error(
+                "a child of NeedsSelector must be a Satisfies, got"
+                f" {child.type.name}; write Satisfies around it"
+            )
+        if child.constant("place") is None:
+            raise child.error(
+                "port place: must be the name of a place, not an entry that is"
+                " set later; write the name"
             )

@@ -18,6 +18,8 @@ ORDERED, REACTIVE = 6, 7
 MAPPED = 8
 AGAIN, RUN_ONCE, DELAY, TIMEOUT = 9, 10, 11, 12
 TIME_DELAY, COOLDOWN = 17, 18
+# What satisfies a need, and what chooses among such nodes.
+SATISFIES, NEEDS = 19, 20
 # Nodes that choose a child, and Parallel.
 IF, WHILE, SWITCH, PARALLEL = 13, 14, 15, 16
 

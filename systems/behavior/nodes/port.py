@@ -40,6 +40,9 @@ class Meaning(Enum):
     DOOR = "a door"
     """The name or the number of a place of that type."""
 
+    NEED = "a need"
+    """The name of a need of the person: it gets the number of its slot."""
+
     RESULT = "a result"
     """An entry that the leaf sets: it gets the number of its slot."""
 

@@ -14,8 +14,14 @@ from hunav_drake.systems.behavior.nodes.operations import (
     TIMEOUT,
     Instruction,
 )
-from hunav_drake.systems.behavior.nodes.port import Constant, Meaning, Variable
+from hunav_drake.systems.behavior.nodes.port import (
+    Constant,
+    Meaning,
+    Port,
+    Variable,
+)
 from hunav_drake.systems.behavior.nodes.table import PORT, ROW, SLOT, STEP
+from hunav_drake.systems.behavior.nodes.tick_context import need_slots
 
 # The first slot of an action that remembers: 1 while it runs.
 RUNNING_SLOT = "(running)"
@@ -51,6 +57,7 @@ class Program:
         steps: The scripts, one after the other: rows of `STEP`.
         halted: The rows of nodes with `_onHalted`, those below first.
         is_social: Whether any of its leaves is social.
+        num_needs: The number of needs that they name.
     """
 
     def __init__(
@@ -70,6 +77,15 @@ class Program:
         """
         self.name, self.nodes, self.names = name, nodes, names
         self.is_social = any(it.type.is_social for it in nodes)
+        self.num_needs = len(
+            {
+                value.value
+                for it in nodes
+                for key, value in it.ports.items()
+                if it.type.ports[key].meaning is Meaning.NEED
+                and isinstance(value, Constant)
+            }
+        )
         self._arguments = (name, nodes, names, initial)
         self.leaves: dict[int, LeafFunction] = {
             i: node.type.build(node)
@@ -148,7 +164,9 @@ class Program:
                 self._numbers.append(float(value.slot))
             elif isinstance(value, Constant):
                 is_any = port.takes_any
-                number = value.number if is_any else port.number(value.value)
+                number = (
+                    value.number if is_any else self.number(port, value.value)
+                )
                 self._ports.append(_CONSTANT)
                 self._numbers.append(number)
             else:
@@ -168,6 +186,12 @@ class Program:
             "is_checked": is_checked,
             "leaf": 0,
         }
+
+    def number(self, port: Port, value: Any) -> float:
+        """Returns the number of a port's value for compiled code."""
+        if port.meaning is Meaning.NEED:
+            return float(self.names.index(need_slots(value)[0]))
+        return port.number(value)
 
     def _add_scripts(self, node: Node) -> dict[str, int]:
         scripts = dict(node.conditions.scripts) if node.conditions else {}

@@ -57,6 +57,9 @@ PORT_ALIASES: Mapping[tuple[str, str], str] = MappingProxyType(
         ("Parallel", "success_threshold"): "success_count",
         ("Parallel", "failure_threshold"): "failure_count",
         ("StopAndWaitTimerAction", "time_duration"): "wait_duration",
+        # (No parameter of a function can have the first of these names.)
+        ("TimeOfTrial", "from"): "start",
+        ("TimeOfTrial", "to"): "end",
     }
 )
 

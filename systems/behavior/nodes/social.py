@@ -25,6 +25,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     ADDRESSEE,
     GOAL_PLACE,
     GROUP,
+    NEEDS,
     SEAT,
     SEED,
     STOPPED,
@@ -38,6 +39,7 @@ from hunav_drake.systems.common.layout import (
     OUTSIDE,
     SIGNAL_SIZE,
     SILENT,
+    Activity,
     Hold,
     Posture,
     Signal,
@@ -65,6 +67,7 @@ _SILENT = np.array(SILENT)
 _SAID, _TO = int(Signal.UTTERANCE), int(Signal.TO)
 _ACTIVITY, _SINCE = int(Signal.ACTIVITY), int(Signal.SINCE)
 _PLACE, _SLOT = int(Signal.PLACE), int(Signal.SLOT)
+_QUEUE = float(Activity.QUEUE)
 
 
 @jit_inline
@@ -227,6 +230,18 @@ def show_activity(tick, activity, place, slot, begins=False):
     own[_SINCE] = before[_SINCE] if goes_on else ticks_of(tick)
 
 
+@jit_part
+def queue_length(tick, code):
+    """Returns how many others are in the queue at a place, by its code."""
+    place = place_of(tick, code)
+    count = 0
+    for i in range(num_bodies(tick)):
+        signal = signal_of(tick, i)
+        is_in = signal[_ACTIVITY] == _QUEUE and signal[_PLACE] == place
+        count += i != tick.index and is_in
+    return count
+
+
 @jit_inline
 def ticks_of(tick):
     """Returns the number of ticks of the tree before this one."""
@@ -287,6 +302,9 @@ def begin_signal(tick, is_outside):
         memory[TICKS_LEFT] -= 1
         own[_SAID] = memory[UTTERANCE]
         own[_TO] = memory[ADDRESSEE]
+    for i in range(tick.num_needs):
+        level, rate = memory[NEEDS + 2 * i], memory[NEEDS + 2 * i + 1]
+        memory[NEEDS + 2 * i] = max(level - rate * tick.time_step, 0.0)
     if memory[GROUP] != UNSET:
         tick.group_id = memory[GROUP]
     place = memory[GOAL_PLACE]

@@ -58,8 +58,9 @@ TICK_FIELDS = (
     # as they were in the tick before, or 0; and the row of this person. The
     # numbers of all people, and the person's own: `SOCIAL_MEMORY`, or 0.
     *("signals", "signal", "ids", "social"),
-    # The place that is the current goal: 1 + its row, or 0.
-    "goal_place",
+    # The place that is the current goal: 1 + its row, or 0. The number of needs
+    # in the memory, after `SOCIAL_MEMORY`.
+    *("goal_place", "num_needs"),
     # Rows of places and of their slots, and of lists of people; see `social`.
     *("places", "num_places", "slots_of_places", "num_place_slots"),
     *("lists", "num_lists"),

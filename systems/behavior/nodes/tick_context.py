@@ -54,6 +54,16 @@ TICKS, STOPPED, GROUP, SEAT, UTTERANCE, ADDRESSEE, TICKS_LEFT, SEED = range(8)
 GOAL_PLACE = SEED + 2
 LATER_PLACES = GOAL_PLACE + 1
 
+# Two numbers for each need that the tree names follow: its level, and by how
+# much that sinks in a second.
+NEEDS = len(SOCIAL_MEMORY)
+
+
+def need_slots(need: str) -> tuple[str, str]:
+    """Returns the names of the two numbers of a need in the memory."""
+    return f"need {need}", f"need {need}, per second"
+
+
 Row = list[float]
 
 # The largest `behavior_status`.
@@ -94,6 +104,8 @@ class Person:
         hiding: The obstacles that the person cannot see through, likewise.
         body_radius: The radius of the body itself, in meters.
         ignores_invitations: Whether the person never joins others who ask.
+        needs: The level of each need at the start, and by how much it sinks in
+            a second.
     """
 
     index: int
@@ -107,6 +119,7 @@ class Person:
     hiding: Array | None = field(default=None, compare=False)
     body_radius: float = LARGEST_BODY
     ignores_invitations: bool = False
+    needs: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     @classmethod
     def from_config(
@@ -150,6 +163,9 @@ class Person:
             hiding=sight_obstacles.table if sight_obstacles else None,
             body_radius=human.contact_radius,
             ignores_invitations=human.invitations == "ignore",
+            needs={
+                name: (it.initial, it.rate) for name, it in human.needs.items()
+            },
         )
 
 

@@ -53,7 +53,11 @@ from hunav_drake.systems.scene.overlays.costmaps import (
     RecordCostmap,
     ShowCostmap,
 )
-from hunav_drake.systems.scene.overlays.tags import ROBOT_TAG_Z, calm_activities
+from hunav_drake.systems.scene.overlays.tags import (
+    ROBOT_TAG_Z,
+    activity_text,
+    calm_activities,
+)
 from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
     STANDING_SPEED,

@@ -92,7 +92,9 @@ def as_xml(tree, leaf):
     return f"<{tag}>{''.join(as_xml(c, leaf) for c in children)}</{tag}>"
 
 
-PERSON = person(goals=[(5.0, 0.0), (9.0, 0.0)], id=7, time_step=0.1)
+PERSON = person(
+    goals=[(5.0, 0.0), (9.0, 0.0)], id=7, time_step=0.1, needs={"rest": {}}
+)
 ME = at(0.0, 0.0)
 ROBOT = at(2.0, 0.0)
 NO_ROBOT = np.zeros(0)
