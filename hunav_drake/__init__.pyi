@@ -36,6 +36,7 @@ from .scenario import (
     Scenario as Scenario,
     ScenarioError as ScenarioError,
 )
+from .systems.evaluation.situations import FindSituations as FindSituations
 from .systems.people import HumanConfig as HumanConfig
 from .systems.people.tracks import Tracks as Tracks
 from .systems.planning.planner_error import PlannerError as PlannerError

@@ -43,6 +43,10 @@ _COMMANDS = {
     "fit": ("fit", "fit the weights of forces to recorded people"),
     "edit": ("edit", "edit a scenario in the browser"),
     "evaluate": ("metrics", "compute the metrics of a recording"),
+    "situations": (
+        "situations",
+        "tell what a robot met in a recording, and when",
+    ),
     "metrics": ("metrics", "list and explain the metrics"),
     "report": ("report", "make a report on all runs of a folder"),
     "render": ("render", "make a film or a picture of a recorded run"),

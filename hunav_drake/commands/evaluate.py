@@ -15,7 +15,12 @@ from hunav_drake.systems.evaluation.recording import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.provenance import MakeSourceProvenance
-from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
+from hunav_drake.trial.result import (
+    EndReason,
+    MakeTrialResult,
+    TrialResult,
+    with_situations,
+)
 
 # The value of `--walls` for an open space.
 NO_WALLS = "none"
@@ -29,6 +34,7 @@ def evaluate_file(
     goal_tolerance: str | None = None,
     walls: str | None = None,
     reference: Path | None = None,
+    situations: bool = False,
 ) -> TrialResult:
     """Computes the metrics of a recording, with options of `hunav evaluate`.
 
@@ -66,7 +72,7 @@ def evaluate_file(
         for it in recording.robots
     }
     at_goal = set(ends.values()) == {"goal"}
-    return MakeTrialResult(
+    result = MakeTrialResult(
         recording,
         scenario_name=filename.name.split(".")[0],
         metric_names=metric_names,
@@ -81,6 +87,7 @@ def evaluate_file(
         robot_ends=ends if recording.others else {},
         end_time=float(recording.times[-1] - recording.times[0]),
     )
+    return with_situations(result) if situations else result
 
 
 def lacks_walls(result: TrialResult) -> bool:
@@ -89,12 +96,13 @@ def lacks_walls(result: TrialResult) -> bool:
         return False
     missing = result.metrics.index[result.metrics.isna()]
     walled = dataclasses.replace(result.recording, walls_known=True)
-    return any(_has_value(name, walled) for name in missing)
+    names = [it for it in map(base_name, missing) if it in METRICS]
+    return any(_has_value(name, walled) for name in names)
 
 
 def _has_value(name: str, recording: Recording) -> bool:
     try:
-        value, _ = METRICS[base_name(name)].compute(recording)
+        value, _ = METRICS[name].compute(recording)
     except ValueError:
         return False
     return not math.isnan(value)

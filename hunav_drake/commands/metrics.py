@@ -57,6 +57,12 @@ def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
         help="a recording of the ideal trajectory of the robot",
     )
     evaluate.add_argument(
+        "--situations",
+        action="store_true",
+        help="also compute the metrics while somebody passes, crosses the path,"
+        " ...: see `hunav situations`",
+    )
+    evaluate.add_argument(
         "--out", metavar="DIR", type=Path, help="write the run to DIR/runs"
     )
     evaluate.add_argument(
@@ -94,6 +100,7 @@ def _evaluate(options: argparse.Namespace) -> int:
             goal_tolerance=options.goal_tolerance,
             walls=options.walls,
             reference=options.reference,
+            situations=options.situations,
         )
     # Before printing, which the reader of a pipe may end early.
     folder = None

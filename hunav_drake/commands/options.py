@@ -172,6 +172,7 @@ EXAMPLES = {
     "new": "hunav new mine --template crossing",
     "generate": "hunav generate office --difficulty 0.7 -o mine.yaml",
     "evaluate": "hunav evaluate recording.npz --metrics goal path --json",
+    "situations": "hunav situations recording.npz --csv",
     "metrics": "hunav metrics",
     "metrics show": "hunav metrics show path_length",
     "report": "hunav report results",

@@ -270,10 +270,13 @@ def _keep(
         SaveScenario(scenario, folder / "scenario.yaml")
         replay = None
         if meshcat is not None:
+            from hunav_drake.report.plots.situations import marks_of
             from hunav_drake.views.replay import SaveReplay
 
             replay = folder / "replay.html"
-            SaveReplay(meshcat, replay)
+            run = result.recording
+            marks = [marks_of(run, it.robot_name) for it in run.robots]
+            SaveReplay(meshcat, replay, marks=marks if run.num_humans else [])
         WriteReport(result, folder / "report.html", replay=replay)
 
     with output_errors(options.out):

@@ -188,7 +188,8 @@ def _with_contenders(table: pd.DataFrame) -> pd.DataFrame:
         return nothing
     same = table["setting"].nunique() < 2
     told = table.drop(columns="setting") if same else table
-    return table.assign(contender=contenders(told))
+    # A copy has its columns in one piece: many that were read are not.
+    return table.copy().assign(contender=contenders(told))
 
 
 def _about(many: ManyRuns) -> list[str]:

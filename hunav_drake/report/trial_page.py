@@ -12,6 +12,10 @@ from hunav_drake.report.plots.activity import (
     plot_behavior_activity,
 )
 from hunav_drake.report.plots.approaches import NEAR
+from hunav_drake.report.plots.situations import (
+    plot_situations,
+    situations_height,
+)
 from hunav_drake.report.plots.style import COLUMN
 from hunav_drake.report.tables import (
     Cell,
@@ -25,6 +29,7 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.situations import FindSituations
 from hunav_drake.trial.metric_facts import headline_of, is_built_in, unit_of
 from hunav_drake.trial.result import TrialResult, run_facts
 
@@ -56,6 +61,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
     n = result.recording.num_humans
     time = number(result.end_time)
     people, by_behavior = _people(result), _by_behavior(result)
+    situations = _situations(result.recording) if people else None
     message = result.end_message or result.end_reason
     return {
         "about": [
@@ -78,6 +84,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
                 ("headline", "Headline", True),
                 ("plots", "Plots", True),
                 ("metrics", "Metrics", True),
+                ("situations", "Situations", situations),
                 ("people", "People", people),
                 ("by-behavior", "Metrics by behavior", by_behavior),
                 ("provenance", "Provenance", True),
@@ -86,6 +93,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
         ],
         "figures": _figures(result),
         "metrics": _metrics(result),
+        "situations": situations,
         "people": people,
         "by_behavior": split_by_family(by_behavior) if by_behavior else [],
         "provenance": provenance_table(result.provenance),
@@ -128,7 +136,15 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
         (COLUMN, activity_height(run.num_humans)),
         lambda ax: plot_behavior_activity(run, ax=ax),
     )
-    return [*run_figures(run, "", captions, _SERIES), activity]
+    situations = make_figure(
+        "situations",
+        "Timeline of the social situations of"
+        f" {'each' if run.others else 'the'} robot: at each time, the first of"
+        " those that hold. The legend has their shares of the time.",
+        (COLUMN, situations_height(len(run.robots))),
+        lambda ax: plot_situations(run, ax=ax),
+    )
+    return [*run_figures(run, "", captions, _SERIES), situations, activity]
 
 
 def _headline(result: TrialResult) -> Table:
@@ -197,6 +213,26 @@ def _people(result: TrialResult) -> Table | None:
         "time reacting (s)",
     ]
     return Table(head, {"": rows}, numbers=[2, 3, 4, 5])
+
+
+def _situations(run: Recording) -> Table:
+    """Returns the labels that hold at some time, by robot."""
+    groups = {}
+    for it in run.robots:
+        shares = FindSituations(run, robot=it.robot_name).shares()
+        shares[["share", "primary"]] *= 100
+        groups[it.robot_name if run.others else ""] = [
+            [str(label), *map(number, row, ("%", "%", "-", "s"))]
+            for label, row in shares[shares["share"] > 0].iterrows()
+        ]
+    head = [
+        "situation",
+        "share of time (%)",
+        "as the first that holds (%)",
+        "episodes",
+        "time in episodes (s)",
+    ]
+    return Table(head, groups, numbers=range(1, len(head)))
 
 
 def _gaps(run: Recording) -> Array:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 import dataclasses as dc
+import functools
 import itertools
 import math
 from typing import Any
@@ -33,9 +34,10 @@ from hunav_drake.systems.people.behavior_choice import (
     is_xml,
     tree_of,
 )
+from hunav_drake.systems.people.furniture_places import with_furniture
 from hunav_drake.systems.people.human_config import STAND_IN, HumanConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
-from hunav_drake.systems.people.places import complete_places
+from hunav_drake.systems.people.places import Place, complete_places
 from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
 from hunav_drake.systems.people.tracks import Track
@@ -424,18 +426,24 @@ def _name_check(
     from hunav_drake.systems.behavior import BehaviorTreeError
     from hunav_drake.systems.behavior.society import check_named
 
-    try:
-        places = complete_places(scenario.places)
-        numbers = _numbers(scenario)
-    except (OSError, ValueError):
-        # (That is told by itself.)
-        return lambda whole, tree: []
-    ids = {*itertools.chain.from_iterable(numbers.values())}
+    @functools.cache
+    def known() -> tuple[dict[Loc, list[int]], list[Place]] | None:
+        try:
+            return _numbers(scenario), with_furniture(
+                scenario.places, scenario.world
+            )
+        except (OSError, ValueError):
+            # (That is told by itself.)
+            return None
 
     def check(whole: Loc, tree: Any) -> list[tuple[Loc, str]]:
+        if not tree.is_social or (found := known()) is None:
+            return []
+        numbers, places = found
         is_listed = whole[0] == "humans"
         needs = scenario.humans[int(whole[1])].needs if is_listed else ()
         own = numbers[whole[:-1] if is_listed else whole[:3]]
+        ids = {*itertools.chain.from_iterable(numbers.values())}
         try:
             check_named(tree, own, ids, places, needs)
         except BehaviorTreeError as error:

@@ -1,6 +1,6 @@
 """Checks of geometry: valid shapes, and free space for robot and people."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import dataclasses as dc
 import functools
 import math
@@ -15,6 +15,7 @@ from hunav_drake.scenario.error import Finding, Loc, path_text
 from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.people.furniture_places import with_furniture
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
@@ -28,6 +29,9 @@ _MOST_LOSSES = 3
 
 # At most so many pairs of a wall and a place near it are checked.
 _MAX_LOOKS = 10**6
+
+# Whoever starts this near to a seat sits on it, in meters.
+_ON_SEAT = 0.3
 
 # The number of places compared with all walls at once.
 _DISCS = 256
@@ -243,10 +247,38 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
             for k, goal in enumerate(human.goals)
         ]
     for i, it in enumerate(scenario.places):
-        for k, (x, y, _) in enumerate(it.all_slots()):
-            part = ("slots", k) if it.slots else ("pose",)
-            spots.append(_Spot(("places", i, *part), (x, y), 0.0))
-    yield from _check_spots(scenario, spots)
+        which = "approaches" if it.approaches else "slots"
+        for k, place in enumerate(it.all_approaches()):
+            part = (which, k) if getattr(it, which) else ("pose",)
+            spots.append(_Spot(("places", i, *part), place, 0.0))
+    seats = _seats(scenario)
+    for found in _check_spots(scenario, spots):
+        kind, row, key = found.loc[0], found.loc[1], found.loc[-1]
+        sits = kind == "humans" and key == "pose"
+        if not sits or not _is_near(scenario.humans[int(row)].pose, seats()):
+            yield found
+
+
+def _seats(scenario: Scenario) -> Callable[[], list[tuple[float, float]]]:
+    """Returns what gives all seats, on which people may sit at the start."""
+
+    @functools.cache
+    def seats() -> list[tuple[float, float]]:
+        world = _without_unreadable(scenario)
+        return [
+            (x, y)
+            for it in with_furniture(scenario.places, world)
+            if it.type in ("seat", "workplace", "bed")
+            for x, y, _ in it.all_slots()
+        ]
+
+    return seats
+
+
+def _is_near(
+    pose: Sequence[float], seats: Sequence[tuple[float, float]]
+) -> bool:
+    return any(math.dist(pose[:2], it) <= _ON_SEAT for it in seats)
 
 
 def _check_robot_and_people(scenario: Scenario) -> Iterator[Finding]:

@@ -22,6 +22,7 @@ from hunav_drake.scenario.fleet import (
     with_parts,
 )
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.behavior.library import sayings_of
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
@@ -35,7 +36,7 @@ from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import AddPhysicalRobots, PhysicalRobot
-from hunav_drake.systems.scene import AddScene, ScenePorts
+from hunav_drake.systems.scene import AddScene, SceneInputs, ScenePorts
 from hunav_drake.systems.scene.scene_config import COSTMAPS
 from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.systems.sensing.sensor_config import (
@@ -325,15 +326,26 @@ def AddMonitor(builder: DiagramBuilder, part: RobotPart) -> TrialMonitor:
 
 
 def AddTrialScene(
-    builder: DiagramBuilder, scenario: Scenario, meshcat: "Meshcat | None"
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    meshcat: "Meshcat | None",
+    *,
+    is_social: bool,
 ) -> ScenePorts:
-    """Adds the scene of a trial to a builder, as "scene"."""
+    """Adds the scene of a trial to a builder, as "scene".
+
+    `is_social` is whether people show each other what they do.
+    """
     scan_angles: dict[str, Array] = {}
     for part in robot_parts(scenario):
         for sensor in part.scenario.sensors:
             if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
                 angles = sensor.pose[2] + sensor.angles()
                 scan_angles.setdefault(part.name, angles)
+    sayings = None
+    if is_social:
+        behaviors = (it.behavior for it in scenario.humans)
+        sayings = sayings_of(behaviors, profile=scenario.crowd.profile)
     return AddScene(
         builder,
         scenario.world,
@@ -342,7 +354,7 @@ def AddTrialScene(
         time_step=scenario.simulation.time_step,
         meshcat=meshcat,
         config=scenario.scene,
-        scan_angles=scan_angles,
+        inputs=SceneInputs(scan_angles=scan_angles, sayings=sayings),
     )
 
 

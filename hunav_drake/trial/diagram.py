@@ -121,8 +121,9 @@ def MakeTrialDiagram(
         not exact, the outputs of the sensors, such as "scan", "local_costmap"
         and "global_costmap" (see `NavigationSystem`) of a planner with maps,
         "traffic" (see `OpenCrowd`) if people come and
-        go, and "replay" (see `RecordedPeople`) if some are recorded. For its
-        scenario see `TrialDiagram`.
+        go, "replay" (see `RecordedPeople`) if some are recorded, and
+        "social_signals" if behavior trees have social leaves. For its scenario
+        see `TrialDiagram`.
 
         Of several robots, each has these systems, but for "humans", "scene",
         "plant" and "scene_graph", and the outputs from or about it, with its
@@ -150,7 +151,8 @@ def MakeTrialDiagram(
         for part, robot in zip(parts, robots, strict=True)
     ]
     monitors = [AddMonitor(builder, part) for part in parts]
-    scene = AddTrialScene(builder, full, meshcat)
+    is_social = humans.social_signals is not None
+    scene = AddTrialScene(builder, full, meshcat, is_social=is_social)
     states = [robot.robot_state for robot in robots]
     robot_states = JoinPorts(builder, "robot_states", states)
     builder.Connect(robot_states, humans.robot_states)
@@ -175,6 +177,7 @@ def MakeTrialDiagram(
             "robot_touches": touch,
             "wall_contact": robot.wall_contact,
             "replay": humans.replay,
+            "social_signals": humans.social_signals,
             "goal": AddGoal(builder, part),
         }
         given = {**given, **around.others}
@@ -209,7 +212,11 @@ def MakeTrialDiagram(
             RefuseClash(outputs, ports)
         outputs |= ports
         truth = {**truth, **with_prefix(own, part)}
-    some: Ports = {"traffic": humans.traffic, "replay": humans.replay}
+    some: Ports = {
+        "traffic": humans.traffic,
+        "replay": humans.replay,
+        "social_signals": humans.social_signals,
+    }
     outputs |= some
     if len(parts) > 1:
         outputs |= {"robot_states": robot_states}

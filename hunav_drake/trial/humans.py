@@ -20,6 +20,7 @@ from hunav_drake.systems.common.ports import JoinPorts
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.people import HumanConfig
+from hunav_drake.systems.people.furniture_places import with_furniture
 from hunav_drake.systems.people.names import check_consistent
 from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.people.profile import complete_people
@@ -100,7 +101,8 @@ class HumanOptions(TypedDict, total=False):
     # As `CrowdConfig.separate_trees`, and instead of it if it is not None.
     separate_trees: bool | None
 
-    # The places that their behaviors name.
+    # The places that their behaviors name, beside those that the furniture of
+    # the world brings: see `with_furniture`.
     places: Sequence[Place]
 
     # The people who arrive at sources and depart at sinks; by default, none.
@@ -138,8 +140,9 @@ def MakeHumans(
     num_robots = options.get("num_robots", 1)
     time_step = options.get("time_step", 0.05)
     separate_trees = options.get("separate_trees")
-    hiding = None
+    hiding = world = None
     if isinstance(obstacles, World):
+        world = obstacles
         hiding = obstacles.sight_obstacles()
         obstacles = obstacles.obstacles()
     # Completed first, so that crowd and trees have the same numbers.
@@ -190,6 +193,9 @@ def MakeHumans(
         (it.behavior for it in humans), profile=config.profile
     )
     is_social = any(it.is_social for it in trees)
+    places = options.get("places", ())
+    if is_social and world is not None:
+        places = with_furniture(places, world)
     everybody = range(len(humans))
     rows_of = {"behaviors": [*everybody]}
     if separate_trees:
@@ -206,7 +212,7 @@ def MakeHumans(
                 obstacles=obstacles,
                 sight_obstacles=hiding,
                 social=SocialOptions(
-                    places=options.get("places", ()),
+                    places=places,
                     signals=is_social,
                     seed=options.get("seed", 0),
                 ),
@@ -356,7 +362,12 @@ def AddHumans(
             humans,
             time_step=options.get("time_step", 0.05),
             name=f"{name}_figures",
+            lively=diagram.HasOutputPort("social_signals"),
         )
+        if figures.social_signals is not None:
+            builder.Connect(
+                diagram.GetOutputPort("social_signals"), figures.social_signals
+            )
         builder.Connect(
             diagram.GetOutputPort("human_states"), figures.human_states
         )

@@ -11,7 +11,7 @@ import math
 from typing import Any, Protocol
 
 from hunav_drake.systems.evaluation import metrics as built_in
-from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.systems.evaluation.metric import SITUATIONS_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The facts, and their keys in the `attrs` of a table.
@@ -65,7 +65,11 @@ def headline_of(table: Table) -> list[str]:
     if len(names) <= _FEW:
         return names
     first = [it for h in HEADLINE for it in names if base_name(it) == h]
-    return first + [name for name in names if not is_built_in(name)]
+    return first + [
+        it
+        for it in names
+        if not is_built_in(it) and family_of(table, it) != SITUATIONS_FAMILY
+    ]
 
 
 def facts_of(names: Iterable[str]) -> dict[str, dict[str, str]]:

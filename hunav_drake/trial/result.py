@@ -1,6 +1,7 @@
 """The result of a trial, and its table for a terminal."""
 
 from collections.abc import Callable, Iterable, Mapping
+import dataclasses
 from dataclasses import dataclass, field
 from functools import cached_property
 import math
@@ -15,7 +16,7 @@ from hunav_drake.systems.evaluation.compute import (
     evaluate_by_behavior,
     metric_columns,
 )
-from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.systems.evaluation.metric import SITUATIONS_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import (
@@ -87,7 +88,12 @@ class MetricTables:
     @cached_property
     def by_behavior(self) -> "pd.DataFrame":
         """See `TrialResult.by_behavior`."""
-        names = list(self.evaluation.values)
+        families = self.attrs[FACTS["family"]]
+        names = [
+            it
+            for it in self.evaluation.values
+            if families.get(it) != SITUATIONS_FAMILY
+        ]
         table = behavior_table(self.evaluations_by_behavior, names)
         table.attrs |= self.attrs
         return table
@@ -210,6 +216,27 @@ def MakeTrialResult(
         end_time=float(recording.times[-1] if end_time is None else end_time),
         robot_ends=robot_ends or {},
     )
+
+
+def with_situations(result: TrialResult) -> TrialResult:
+    """Returns a result that also has metrics by social situation.
+
+    They are those of `situation_values`.
+    """
+    from hunav_drake.systems.evaluation.situation_values import situation_values
+
+    tables = result.tables
+    more = situation_values(result.recording, tables.evaluation)
+    attrs = {
+        key: known | {name: facts[key] for name, (_, facts) in more.items()}
+        for key, known in tables.attrs.items()
+    }
+    evaluation = tables.evaluation._replace(
+        values=tables.values | {name: it for name, (it, _) in more.items()},
+        units=attrs[FACTS["unit"]],
+    )
+    tables = MetricTables(evaluation, tables.evaluations_by_behavior, attrs)
+    return dataclasses.replace(result, tables=tables)
 
 
 def _without_failures[Found](

@@ -33,7 +33,12 @@ from hunav_drake.trial.planner_failure import (
     PlannerErrorOf,
 )
 from hunav_drake.trial.provenance import MakeProvenance
-from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
+from hunav_drake.trial.result import (
+    EndReason,
+    MakeTrialResult,
+    TrialResult,
+    with_situations,
+)
 from hunav_drake.trial.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
 
 if TYPE_CHECKING:
@@ -361,7 +366,7 @@ def _result(
     told = [_told(part, end) for part, end in zip(parts, ends, strict=True)]
     if failure is not None and str(failure) not in (it.message for it in ends):
         told.append(str(failure))
-    return MakeTrialResult(
+    result = MakeTrialResult(
         recording.with_stale_samples(config.stale_samples, config.period),
         scenario_name=scenario.name,
         metric_names=scenario.evaluator.metrics,
@@ -384,6 +389,7 @@ def _result(
             if part.name
         },
     )
+    return with_situations(result) if config.situations else result
 
 
 def _told(part: RobotPart, end: _End) -> str:
@@ -433,6 +439,7 @@ def _end_message(
                 contacts=None,
                 wall_contact=None,
                 replay=None,
+                social_signals=None,
             )
     why = explain_end(recording, part.scenario)
     return "; ".join([*parts, why] if why else parts)

@@ -1,7 +1,8 @@
 """Draws overlays onto the pictures of a film."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import math
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -11,8 +12,14 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.scene.meshes import circle
 from hunav_drake.systems.scene.overlays.tags import (
+    BUBBLE_Z,
+    CALM,
+    REACTING,
     ROBOT_TAG_Z,
+    SPEECH,
     TAG_Z,
+    Colors,
+    bubble_text,
     tag_picture,
     tag_text,
 )
@@ -46,6 +53,15 @@ _TAG_LETTERS, _CLOCK_LETTERS = 0.026, 0.04
 _SMALLEST_LETTERS = 11
 
 
+class _Board(NamedTuple):
+    """A text above a body: see `tag_picture`."""
+
+    place: Array
+    height: float
+    text: str
+    colors: Colors
+
+
 class FilmOverlays:
     """Draws overlays of one trial."""
 
@@ -69,8 +85,7 @@ class FilmOverlays:
         if "rings" in self._shown:
             self._DrawRings(floor, shot)
         picture = floor.Onto(picture)
-        if "names" in self._shown:
-            self._DrawNames(picture, shot, reacts)
+        self._DrawBoards(picture, shot, reacts)
         if "clock" in self._shown:
             _DrawClock(picture, shot.time)
         return picture
@@ -130,38 +145,49 @@ class FilmOverlays:
                 faded = Rgba(color.r(), color.g(), color.b(), 0.75 * rest)
                 floor.Line(places[k], places[k + 1], _WALKED_WIDTH, faded)
 
-    def _DrawNames(
-        self, picture: Image.Image, shot: Shot, reacts: Mask
-    ) -> None:
-        humans, n = shot.humans, len(shot.humans)
-        # Only several robots have names.
-        robots = [it for it in self._trial.robots if it]
-        rows = np.vstack([humans, shot.robots[: len(robots)]])
-        heights = [TAG_Z] * n + [ROBOT_TAG_Z] * len(robots)
-        tops = np.column_stack([rows[:, [X, Y]], heights])
-        pixels, depth = shot.camera.Project(tops)
-        letters = max(round(_TAG_LETTERS * picture.height), _SMALLEST_LETTERS)
-        speed = np.hypot(humans[:, VX], humans[:, VY])
-        taken: list[tuple[int, int, int, int]] = []
-        # The nearest tag is placed first.
-        for i in np.argsort(depth):
-            if not np.isfinite(pixels[i]).all():
-                continue
-            if i < n:
+    def _Boards(self, shot: Shot, reacts: Mask) -> Iterator[_Board]:
+        """Yields the names of people and robots, and what people say."""
+        signs = reacts & ("reactions" in self._shown)
+        says = self._trial.Says(shot.time)
+        words = self._trial.Activities(shot.time)
+        for i, row in enumerate(shot.humans):
+            place = row[[X, Y]]
+            if "names" in self._shown:
                 human = self._trial.humans[i]
-                activity = "stands" if speed[i] < STANDING_SPEED else ""
+                stands = math.hypot(row[VX], row[VY]) < STANDING_SPEED
+                activity = words[i] or ("stands" if stands else "")
                 text = tag_text(
                     human.name,
                     human.behavior_name,
                     "reacts" if reacts[i] else activity,
                 )
-                sign = bool(reacts[i]) and "reactions" in self._shown
-            else:
-                text, sign = tag_text(robots[i - n], ""), False
-            tag = tag_picture(text, sign, letters)
+                yield _Board(place, TAG_Z, text, REACTING if signs[i] else CALM)
+            if "speech" in self._shown and says[i]:
+                yield _Board(place, BUBBLE_Z, bubble_text(says[i]), SPEECH)
+        for name, row in zip(self._trial.robots, shot.robots, strict=True):
+            # Only several robots have names.
+            if name and "names" in self._shown:
+                text = tag_text(name, "")
+                yield _Board(row[[X, Y]], ROBOT_TAG_Z, text, CALM)
+
+    def _DrawBoards(
+        self, picture: Image.Image, shot: Shot, reacts: Mask
+    ) -> None:
+        boards = [*self._Boards(shot, reacts)]
+        if not boards:
+            return
+        tops = np.array([[*it.place, it.height] for it in boards])
+        pixels, depth = shot.camera.Project(tops)
+        letters = max(round(_TAG_LETTERS * picture.height), _SMALLEST_LETTERS)
+        taken: list[tuple[int, int, int, int]] = []
+        # The nearest one is placed first.
+        for i in np.argsort(depth):
+            if not np.isfinite(pixels[i]).all():
+                continue
+            tag = tag_picture(boards[i].text, boards[i].colors, letters)
             x, y = pixels[i]
             left, top = round(x - tag.width / 2), round(y - tag.height)
-            # Above the tags in the way.
+            # Above those in the way.
             for box in sorted(taken, key=lambda box: -box[1]):
                 if (
                     left < box[2]
@@ -250,6 +276,6 @@ class _FloorLayer:
 
 def _DrawClock(picture: Image.Image, time: float) -> None:
     letters = max(round(_CLOCK_LETTERS * picture.height), _SMALLEST_LETTERS)
-    tag = tag_picture(f"{time:.1f} s", False, letters)
+    tag = tag_picture(f"{time:.1f} s", CALM, letters)
     margin = round(0.5 * letters)
     picture.paste(tag, (margin, margin), tag)

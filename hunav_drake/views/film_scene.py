@@ -21,7 +21,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.scene import AddScene, SceneInputs
 from hunav_drake.systems.scene.bounds import Bounds, port_of, view_axes
 from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.views.camera import (
@@ -114,6 +114,7 @@ class FilmScene:
             trial.humans,
             trial.robots,
             time_step=self._step,
+            inputs=SceneInputs(sayings=trial.sayings),
         )
         ShowCut(scene.plant, scene.scene_graph)
         scene.scene_graph.AddRenderer(
@@ -124,6 +125,10 @@ class FilmScene:
         self._ports = [port_of(it, "robot_state") for it in trial.robots]
         for port in self._ports:
             builder.ExportInput(scene.system.GetInputPort(port), port)
+        if scene.system.HasInputPort("social_signals"):
+            builder.ExportInput(
+                scene.system.GetInputPort("social_signals"), "social_signals"
+            )
         builder.ExportOutput(scene.query_object, "query")
         self._diagram = builder.Build()
         self._simulator = Simulator(self._diagram)
@@ -169,6 +174,9 @@ class FilmScene:
         context = self._simulator.get_mutable_context()
         fix = self._diagram.GetInputPort
         fix("human_states").FixValue(context, humans.ravel())
+        if self._diagram.HasInputPort("social_signals"):
+            signals = self._trial.Signals(self._start + k * self._step)
+            fix("social_signals").FixValue(context, signals.ravel())
         for port, robot in zip(self._ports, robots, strict=True):
             fix(port).FixValue(context, robot)
         self._simulator.AdvanceTo(k * self._step)

@@ -7,6 +7,7 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.scene.overlays.tags import bubble_text
 from hunav_drake.systems.scene.palette import REACTION, RECORDED, TOPS, accent
 from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
@@ -65,11 +66,12 @@ class PlanView:
         if "walked" in self._shown:
             self._DrawWalked(time)
         reacts, follows = trial.Reacts(time), trial.Follows(time)
+        says = trial.Says(time)
         for i, row in enumerate(humans):
             if not math.isnan(row[X]):
                 color = REACTION if reacts[i] else RECORDED
                 sign = color.rgba if reacts[i] or follows[i] else None
-                self._DrawPerson(i, row, sign)
+                self._DrawPerson(i, row, sign, says[i])
         for k, (name, row) in enumerate(zip(trial.robots, robots, strict=True)):
             self._DrawBody(row, accent(k).rgba, zorder=6)
             if name and "names" in self._shown:
@@ -114,7 +116,7 @@ class PlanView:
             )
 
     def _DrawPerson(
-        self, i: int, row: np.ndarray, sign: Sequence[float] | None
+        self, i: int, row: np.ndarray, sign: Sequence[float] | None, says: str
     ) -> None:
         from matplotlib.patches import Circle
 
@@ -127,10 +129,14 @@ class PlanView:
             line = {"fill": False, "ec": "0.6", "lw": 0.8, "ls": ":"}
             for radius in PROXEMIC_RADII:
                 self._ax.add_patch(Circle(place, radius, zorder=2, **line))
+        lines = []
+        if says and "speech" in self._shown:
+            lines.append(bubble_text(says))
         if "names" in self._shown:
             human = self._trial.humans[i]
-            text = f"{human.name} \N{MIDDLE DOT} {human.behavior_name}"
-            self._DrawName(row, text)
+            lines.append(f"{human.name} \N{MIDDLE DOT} {human.behavior_name}")
+        if lines:
+            self._DrawName(row, "\n".join(lines))
 
     def _DrawName(self, row: np.ndarray, text: str) -> None:
         """Writes a text above a body."""

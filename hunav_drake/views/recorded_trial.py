@@ -11,13 +11,16 @@ from hunav_drake.runs.run_folders import RUNS, find_runs
 from hunav_drake.scenario import LoadScenario, ScenarioError
 from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.population import draw_people
+from hunav_drake.systems.behavior.library import sayings_of
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import (
     RADIUS,
     REACTIVE,
     REPLAYED,
+    SILENT,
     STATE_SIZE,
     YAW,
+    Signal,
     X,
     Y,
 )
@@ -25,6 +28,7 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.overlays.tags import calm_activities
 from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall, World
 
@@ -43,6 +47,8 @@ class RecordedTrial:
         robots: The robots by their names, in the order of the recording; the
             name of a single one is empty.
         scene: The options of the view.
+        sayings: The texts that each person may say, if the recording has what
+            people show each other: see `AddScene`.
     """
 
     recording: Recording
@@ -50,17 +56,45 @@ class RecordedTrial:
     humans: list[HumanConfig]
     robots: dict[str, RobotConfig]
     scene: SceneConfig
+    sayings: list[dict[float, str]] | None = None
 
     def Reacts(self, time: float) -> Mask:
         """Returns whether people react to the robot at a time (s), (n,).
 
-        Recorded people do while the motion model moves them.
+        Recorded people do while the motion model moves them; those who sit,
+        queue or talk do not.
         """
         status = self.recording.behavior_status
         reacts: Mask = self._Modes(time) == REACTIVE
         if status is not None:
             reacts |= np.asarray(status[self._Last(time)] != 0)
+        calm = [bool(it) for it in self.Activities(time)]
+        reacts &= ~np.array(calm, dtype=np.bool_)
         return reacts
+
+    def Activities(self, time: float) -> list[str]:
+        """Returns what each person does at a time, in a word, if anything."""
+        signals = self.recording.social_signals
+        row = None if signals is None else signals[self._Last(time)]
+        return calm_activities(row, self.recording.num_humans)
+
+    def Signals(self, time: float) -> Array:
+        """Returns what people show at a time (s), (n, 22); silence if none."""
+        signals = self.recording.social_signals
+        if signals is None:
+            return np.tile(SILENT, (self.recording.num_humans, 1))
+        rows: Array = signals[self._Last(time)]
+        return rows
+
+    def Says(self, time: float) -> list[str]:
+        """Returns what each person says at a time, in seconds, if anything."""
+        if self.sayings is None:
+            return [""] * self.recording.num_humans
+        said = self.Signals(time)[:, Signal.UTTERANCE].tolist()
+        return [
+            texts.get(code, "")
+            for texts, code in zip(self.sayings, said, strict=True)
+        ]
 
     def Follows(self, time: float) -> Mask:
         """Returns whether people follow their recording at a time, (n,)."""
@@ -157,6 +191,11 @@ def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
             humans=humans,
             robots=robots,
             scene=scenario.scene,
+            sayings=None
+            if recording.social_signals is None
+            else sayings_of(
+                (it.behavior for it in humans), profile=scenario.crowd.profile
+            ),
         )
     return RecordedTrial(
         recording=recording,

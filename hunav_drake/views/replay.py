@@ -16,6 +16,7 @@ from collections.abc import Sequence
 import gzip
 from importlib.resources import files
 import itertools
+import json
 import math
 import os
 from pathlib import Path
@@ -45,6 +46,10 @@ __all__ = [
     "SetView",
     "StartMeshcatLocal",
 ]
+
+# A stretch that is marked below the time line: what is told where the mouse is
+# on it, begin and end in seconds, and its color, as "#d55e00".
+Mark = tuple[str, float, float, str]
 
 # The field of view of the camera, that of a long lens.
 FIELD_OF_VIEW = math.radians(32.0)
@@ -162,7 +167,12 @@ def SetLight(meshcat: Meshcat, bounds: Bounds) -> None:
     meshcat.SetProperty("/Lights/SpotLight", "visible", True)
 
 
-def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
+def SaveReplay(
+    meshcat: Meshcat,
+    filename: str | os.PathLike[str],
+    *,
+    marks: Sequence[Sequence[Mark]] = (),
+) -> Path:
     """Writes the scene of a Meshcat, with its recording, as one web page.
 
     The page needs neither a server nor a network. It has check boxes for the
@@ -173,12 +183,13 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     Args:
         meshcat: The Meshcat.
         filename: The file to write, in an existing folder.
+        marks: Rows of stretches to mark below the time line.
 
     Returns:
         The absolute path of the file.
     """
     path = Path(filename).resolve()
-    page = with_panel(meshcat.StaticHtml())
+    page = with_panel(meshcat.StaticHtml(), marks)
     # Motion takes much text: a compressed page is a fifth as large.
     packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
     loader = _part("packed.html")
@@ -189,11 +200,14 @@ def SaveReplay(meshcat: Meshcat, filename: str | os.PathLike[str]) -> Path:
     return path
 
 
-def with_panel(html: str) -> str:
+def with_panel(html: str, marks: Sequence[Sequence[Mark]] = ()) -> str:
     """Returns a page of Meshcat with the controls of a replay."""
     # The last one: a script before may contain this tag.
     before, after = html.rsplit("</body>", 1)
-    return f"{before}{_part('panel.html')}</body>{after}"
+    # No text may end the script.
+    told = json.dumps(marks).replace("<", "\\u003c")
+    panel = _part("panel.html").replace("MARKED_TIMES", told)
+    return f"{before}{panel}</body>{after}"
 
 
 def _part(name: str) -> str:

@@ -26,6 +26,7 @@ from hunav_drake.systems.behavior.nodes.errors import (
 )
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.profiles import BEHAVIORS, behavior_set
+from hunav_drake.systems.behavior.society import spoken_texts
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
@@ -182,6 +183,18 @@ def LoadBehaviors(
         key: LoadBehavior(it, profile=profile) for key, it in distinct.items()
     }
     return [trees[repr(behavior)] for behavior in all_behaviors]
+
+
+def sayings_of(
+    behaviors: Iterable[str | BehaviorConfig],
+    *,
+    profile: ProfileName = "default",
+) -> list[dict[float, str]]:
+    """Returns the texts that each of several people may say, by `text_code`.
+
+    The arguments and errors are those of `LoadBehaviors`.
+    """
+    return [*map(spoken_texts, LoadBehaviors(behaviors, profile=profile))]
 
 
 def CheckBehavior(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.behavior.nodes.node import Node
-from hunav_drake.systems.behavior.nodes.port import Constant, Meaning
+from hunav_drake.systems.behavior.nodes.port import Constant, Meaning, Port
 from hunav_drake.systems.behavior.nodes.social import LIST_SIZE
 from hunav_drake.systems.behavior.nodes.texts import (
     people_code,
@@ -17,7 +17,7 @@ from hunav_drake.systems.behavior.nodes.texts import (
     place_code,
     text_code,
 )
-from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE
+from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE, SLOT_SIZE
 from hunav_drake.systems.behavior.nodes.tick_context import Person
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import MAX_PARTNERS
@@ -54,7 +54,9 @@ class Society:
     Attributes:
         ids: Shape (n,): the number of each person.
         places: A row of `PLACE_SIZE` for each place.
-        slots: A row (x, y, yaw) for each slot of all places, in W.
+        slots: A row of `SLOT_SIZE` for each slot of all places: its pose
+            (x, y, yaw) in W, where people stand before they use it (x, y), and
+            the rows of the place, and of the slot in it.
         lists: A row for each list of people in the trees: its code, the number
             of people, and their rows.
     """
@@ -94,9 +96,9 @@ class Society:
                     own += [-1] * (MAX_PARTNERS - len(own))
                     code = people_code(", ".join(map(str, numbers)))
                     lists[code] = [code, len(numbers), *own]
-        slots: list[tuple[float, float, float]] = []
+        slots: list[tuple[float, ...]] = []
         table = []
-        for it in places:
+        for row, it in enumerate(places):
             own_slots = it.all_slots()
             kind = PLACE_TYPES.index(it.type)
             table.append(
@@ -106,11 +108,16 @@ class Society:
                     *(it.time, kind, len(slots), len(own_slots)),
                 ]
             )
-            slots += own_slots
+            slots += [
+                (*slot, *before, row, k)
+                for k, (slot, before) in enumerate(
+                    zip(own_slots, it.all_approaches(), strict=True)
+                )
+            ]
         return cls(
             np.array(ids, dtype=np.int64),
             np.array(table, dtype=float).reshape(-1, PLACE_SIZE),
-            np.array(slots, dtype=float).reshape(-1, 3),
+            np.array(slots, dtype=float).reshape(-1, SLOT_SIZE),
             np.array([*lists.values()], dtype=float).reshape(-1, LIST_SIZE),
         )
 
@@ -183,6 +190,26 @@ def check_named(
                     f"port {port}: must be numbers of others, got {mine[0]},"
                     " the person's own"
                 )
+
+
+def spoken_texts(tree: _HasNodes) -> dict[float, str]:
+    """Returns the texts that a tree may say, by their `text_code`.
+
+    These are all constants of its social leaves that are no names.
+    """
+    return {
+        text_code(value.value): value.value
+        for node in tree.nodes
+        if node.type.is_social
+        for name, value in node.ports.items()
+        if isinstance(value, Constant)
+        and _is_free_text(node.type.ports[name])
+        and value.value
+    }
+
+
+def _is_free_text(port: Port) -> bool:
+    return port.base is str and not port.choices and port.meaning is None
 
 
 def _check_people(

@@ -167,6 +167,7 @@ class Walk:
             },
             "slots_of_places": self._address(society.slots),
             "num_places": len(society.places),
+            "num_place_slots": len(society.slots),
             "num_lists": len(society.lists),
         }
 

@@ -69,6 +69,10 @@ class Hold(IntEnum):
     """Stays in place with the velocity that others see, like people who stop in
     HuNavSim; with all other motion models, stands still."""
 
+    PLACED = 3
+    """Moves straight to the goal at the desired speed, whatever is there, and
+    turns to the desired yaw: sits down, sits, stands up. Others make way."""
+
 
 @explain
 class Command(IntEnum):

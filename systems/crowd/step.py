@@ -12,9 +12,12 @@ from hunav_drake.systems.common.arrays import Mask
 from hunav_drake.systems.common.layout import (
     FORCES_SIZE,
     MOTION_SIZE,
+    STATE_SIZE,
     TOUCH_SIZE,
     VX,
     VY,
+    Command,
+    Hold,
     Y,
 )
 from hunav_drake.systems.common.registry import name_of
@@ -31,6 +34,7 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     checked,
 )
+from hunav_drake.systems.crowd.placed import any_placed, place
 from hunav_drake.systems.crowd.social_force.hash_order import hash_order
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -210,7 +214,7 @@ class CrowdStep:
         The arguments are vectors with the rows of those there; the result is
         one with the rows of the fields of `Stepped`.
         """
-        if self._compiled is None:
+        if self._compiled is None or any_placed(command):
             return None
         eased = _OWN
         if not self._adaptation.is_idle(robots):
@@ -267,6 +271,10 @@ class CrowdStep:
                 *(values, self._bodies.radii, wanted, parameters, eased),
                 *(self._time_gap, self._speed_matching, self._passing_speed),
             )
+        placed = plain(command)[:, Command.HOLD] == Hold.PLACED
+        if placed.any():
+            # (They plan no way.)
+            wanted[placed] = plain(command)[placed]
         eased.setflags(write=False)
         # (A waypoint does not move when people or goals do.)
         command = changed_to(command, wanted)
@@ -302,9 +310,17 @@ class CrowdStep:
     ) -> Stepped:
         """Returns the result of a step under forces, corrected by bodies.
 
+        Nothing acts on people who are placed (`Hold.PLACED`).
+
         Raises:
             ValueError: If the model returns something else.
         """
+        if snapshot.command.dtype != object and any_placed(
+            snapshot.command.ravel()
+        ):
+            nobody = np.zeros(len(snapshot.states), dtype=np.bool_)
+            nexts = np.zeros((0, STATE_SIZE))
+            return self.advance_others(snapshot, forces, stances, nobody, nexts)
         return Stepped(
             *self._bodies.finish(
                 snapshot, forces, self._move(snapshot, forces), stances
@@ -321,8 +337,9 @@ class CrowdStep:
     ) -> Stepped:
         """Returns the result of a step in which some people's states are given.
 
-        Nothing acts on those. The others make way for them as for robots, whom
-        they cannot push. Nothing has derivatives.
+        Nothing acts on those, nor on people who are placed (`Hold.PLACED`). The
+        others make way for them as for robots, whom they cannot push. Nothing
+        has derivatives.
 
         Args:
             snapshot: As in `advance`.
@@ -336,9 +353,23 @@ class CrowdStep:
         """
         time_step, robots = self._time_step, snapshot.robots
         n, m = len(given), len(robots)
-        free = np.flatnonzero(~given)
         after, stances = snapshot.states.copy(), stances.copy()
         touches = np.zeros((m, n, TOUCH_SIZE))
+        placed = np.flatnonzero(
+            ~given & (snapshot.command[:, Command.HOLD] == Hold.PLACED)
+        )
+        if len(placed):
+            after[placed] = place(
+                after[placed], snapshot.command[placed], time_step
+            )
+            rows = after[placed], self._bodies.radii[placed]
+            nexts = np.vstack([nexts, np.column_stack(rows)])
+            given = given.copy()
+            given[placed] = True
+            touches[:, placed] = self.of(placed).touches(
+                snapshot.states[placed], after[placed], robots
+            )
+        free = np.flatnonzero(~given)
         stances[given] = 0.0
         if len(free):
             moving = nexts.copy()
@@ -356,7 +387,7 @@ class CrowdStep:
                 stances[free],
             )
             touched = touched[: m * len(free)]
-            touches[:, free] = touched.reshape(m, -1, TOUCH_SIZE)
+            touches[:, free] = touched.reshape(m, len(free), TOUCH_SIZE)
         return Stepped(after, stances, touches.reshape(-1, TOUCH_SIZE))
 
     def touches(
@@ -367,7 +398,7 @@ class CrowdStep:
             *(before, for_each_robot(after, len(robots)), self._bodies.radii),
             *(robots, self._time_step),
         )
-        return touches.reshape(len(robots), -1, TOUCH_SIZE)
+        return touches.reshape(len(robots), len(before), TOUCH_SIZE)
 
     def overlaps(self, states: Array, robots: Array) -> Array:
         """Returns the depths (n,) of other bodies in people's, in meters.

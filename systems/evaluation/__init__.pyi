@@ -14,3 +14,7 @@ from .metrics import (
 )
 from .recording import Recording as Recording
 from .running_metrics import RunningMetric as RunningMetric
+from .situations import (
+    FindSituations as FindSituations,
+    Situations as Situations,
+)

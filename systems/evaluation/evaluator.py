@@ -21,6 +21,7 @@ from hunav_drake.systems.common.checks import count_steps
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     REPLAY_SIZE,
+    SIGNAL_SIZE,
     STATE_SIZE,
     YAW,
     Contact,
@@ -62,6 +63,7 @@ class Evaluator(LeafSystem):
         - goal (optional)
         - replay (optional)
         - trigger (optional)
+        - social_signals (optional)
         output_ports:
         - metrics
         - recording
@@ -73,8 +75,9 @@ class Evaluator(LeafSystem):
     ``behavior_status`` takes ``n`` numbers that are 0 where a person's behavior
     does not react to the robot, ``contacts`` ``n`` rows of `layout.Contact`,
     and ``wall_contact`` one such row of the walls. Port ``replay`` takes n rows
-    of `layout.REPLAY_SIZE`. Port ``goal`` takes the goal
-    pose (x, y, yaw); if it is not connected or not finite, there is no goal.
+    of `layout.REPLAY_SIZE`, and ``social_signals`` n rows of `layout.Signal`.
+    Port ``goal`` takes the goal pose (x, y, yaw); if it is not connected or not
+    finite, there is no goal.
 
     The recording begins as `EvaluatorConfig.start` says: "at_once";
     "at_goal_command", when ``goal`` is first finite; or "by_trigger", when port
@@ -153,6 +156,7 @@ class Evaluator(LeafSystem):
         self._goal = declare("goal", 3)
         self._replay = declare("replay", REPLAY_SIZE * self._n)
         self._trigger = declare("trigger", 1)
+        self._signals = declare("social_signals", SIGNAL_SIZE * self._n)
         self._samples = self.DeclareAbstractState(
             AbstractValue.Make(Sample.start(self._n))
         )
@@ -269,15 +273,19 @@ class Evaluator(LeafSystem):
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
         # Eval() returns new arrays, so the sample can keep them.
-        status, replay = self._behavior_status, self._replay
+        status, replay, signals = (
+            it.Eval(context) if it.HasValue(context) else None
+            for it in (self._behavior_status, self._replay, self._signals)
+        )
         return Sample(
             previous=last,
             time=context.get_time(),
             robot=self._robot_state.Eval(context),
             humans=self._EvalHumans(context) if self._n else np.zeros(0),
-            status=status.Eval(context) if status.HasValue(context) else None,
+            status=status,
             contacts=self._EvalContacts(context),
-            replay=replay.Eval(context) if replay.HasValue(context) else None,
+            replay=replay,
+            social_signals=signals,
         )
 
     def _EvalContacts(self, context: Context) -> Array | None:

@@ -64,6 +64,10 @@ class EvaluatorConfig:
     metrics: list[StrictStr] = field(default_factory=lambda: ["all"])
     """Names of metrics (or their aliases), of families, or "all"."""
 
+    situations: StrictBool = False
+    """Whether results also have the metrics on the samples of each social
+    situation, as `path_length[passing]`, and how long each lasts."""
+
     @model_validator(mode="before")
     @classmethod
     def _apply_profile(cls, data: Any) -> Any:

@@ -87,6 +87,9 @@ REPLAY_FAMILY = "replay"
 # The family of metrics of several robots with each other.
 FLEET_FAMILY = "fleet"
 
+# The family of values on the samples of a situation, `path_length[passing]`.
+SITUATIONS_FAMILY = "situations"
+
 # The kinds of NumPy types that are real numbers.
 _REAL = "buif"
 
@@ -355,10 +358,12 @@ def _applies(metric: Metric, recording: Recording) -> bool:
 def base_name(name: str) -> str:
     """Returns the name of a metric without that of one of several robots.
 
-    In a table, the path length of robot anna is "anna.path_length".
+    In a table, the path length of robot anna is "anna.path_length", and that
+    while somebody passes it "anna.path_length[passing]".
     """
     _, point, rest = name.partition(".")
-    return rest if point and name not in METRICS and rest in METRICS else name
+    known = rest in METRICS or rest.endswith("]")
+    return rest if point and name not in METRICS and known else name
 
 
 def _selections() -> dict[str, list[Metric]]:

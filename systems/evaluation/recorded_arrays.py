@@ -11,6 +11,7 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     REPLAY_SIZE,
+    SIGNAL_SIZE,
     STATE_SIZE,
 )
 from hunav_drake.systems.evaluation.recording_checks import (
@@ -54,6 +55,7 @@ class RecordedArrays:
     hunavsim_forces: bool = False
     told_velocities: Array | None = None
     replay: Array | None = None
+    social_signals: Array | None = None
     robot_name: str = ""
     end_time: float | None = None
     others: tuple[Any, ...] = ()
@@ -83,6 +85,7 @@ class RecordedArrays:
             "contacts": (samples, n, CONTACT_SIZE),
             "wall_contact": (samples, CONTACT_SIZE),
             "replay": (samples, n, REPLAY_SIZE),
+            "social_signals": (samples, n, SIGNAL_SIZE),
         }
         for name, shape in optional.items():
             if getattr(self, name) is not None:

@@ -26,6 +26,7 @@ GOAL_YAW_TOLERANCE = 0.25
 _PER_SAMPLE = (
     *("times", "robot", "humans", "behavior_status", "nearest_walls"),
     *("contacts", "wall_contact", "told_velocities", "replay"),
+    "social_signals",
 )
 
 
@@ -80,6 +81,9 @@ class Recording(RecordedArrays):
             HuNavSim's forces use them.
         replay: Shape (N + 1, n, 3), the rows of `layout.REPLAY_SIZE`; None
             without recorded people.
+        social_signals: Shape (N + 1, n, 22), the rows of `layout.Signal`: what
+            people have shown in the step before; None if nobody's behavior
+            tree has social leaves.
         robot_name: The name of one of several robots; empty for a single one.
         end_time: When one of several robots ended, in seconds; None if it did
             not.
@@ -161,7 +165,7 @@ class Recording(RecordedArrays):
             values[name] = values[name][:, chosen]
         for name in ("human_names", "human_ids", "behaviors", "group_ids"):
             values[name] = tuple(values[name][i] for i in chosen)
-        for name in ("contacts", "replay"):
+        for name in ("contacts", "replay", "social_signals"):
             if values[name] is not None:
                 values[name] = values[name][:, chosen]
         rows = [0, *(1 + i for i in chosen)]

@@ -48,6 +48,7 @@ _OPTIONAL = {
     "hunavsim_forces": (_YES_NO, 0),
     "told_velocities": (_NUMBER, 3),
     "replay": (_NUMBER, 3),
+    "social_signals": (_NUMBER, 3),
     "robot_name": (_TEXT, 0),
     "end_time": (_NUMBER, 0),
 }

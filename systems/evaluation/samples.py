@@ -15,6 +15,7 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import (
     CONTACT_SIZE,
     REPLAY_SIZE,
+    SIGNAL_SIZE,
     STATE_SIZE,
     X,
     Y,
@@ -38,6 +39,10 @@ class Running(NamedTuple):
     contact: Mask
 
 
+# What may be recorded of people, and the length of a row.
+_ROWS = {"replay": REPLAY_SIZE, "social_signals": SIGNAL_SIZE}
+
+
 @dataclass(slots=True, eq=False, repr=False)
 class Sample:
     """One sample with a link to the previous ones. It is immutable.
@@ -58,6 +63,8 @@ class Sample:
     contacts: Array | None = None
     # The rows of recorded people, shape (3n,), if any.
     replay: Array | None = None
+    # The rows of what people show each other, shape (22n,), if any.
+    social_signals: Array | None = None
     # The number of samples up to this one, and the time of the first.
     count: int = field(init=False, default=0)
     first_time: float = field(init=False, default=-math.inf)
@@ -100,8 +107,10 @@ class Sample:
         given: dict[str, Array] = {}
         if nodes and all(node.contacts is not None for node in nodes):
             given["contacts"] = np.array([node.contacts for node in nodes])
-        if nodes and all(node.replay is not None for node in nodes):
-            given["replay"] = np.array([node.replay for node in nodes])
+        for name in _ROWS:
+            rows = [getattr(node, name) for node in nodes]
+            if nodes and all(row is not None for row in rows):
+                given[name] = np.array(rows)
         return given | {
             "times": np.array([node.time for node in nodes]),
             "robot": robot.reshape(-1, STATE_SIZE),
@@ -122,7 +131,7 @@ class Sample:
         node = self.start(self._num_humans)
         status = iter(arrays["status"])
         contacts = iter(arrays.get("contacts", ()))
-        replay = iter(arrays.get("replay", ()))
+        rows = {name: iter(arrays[name]) for name in _ROWS if name in arrays}
         for time, robot, humans, has_status in zip(
             arrays["times"].tolist(),
             arrays["robot"],
@@ -137,7 +146,7 @@ class Sample:
                 humans.copy(),
                 next(status).copy() if has_status else None,
                 next(contacts).copy() if "contacts" in arrays else None,
-                next(replay).copy() if "replay" in arrays else None,
+                **{name: next(it).copy() for name, it in rows.items()},
             )
         return node
 
@@ -151,7 +160,7 @@ class Sample:
         count = arrays["times"].size
         given = {
             "contacts": np.zeros((count, n * CONTACT_SIZE)),
-            "replay": np.zeros((count, n * REPLAY_SIZE)),
+            **{it: np.zeros((count, n * k)) for it, k in _ROWS.items()},
         } | arrays
         walls = given["contacts"].shape[1:] == ((n + 1) * CONTACT_SIZE,)
         for name, dtype, shape in (
@@ -161,7 +170,7 @@ class Sample:
             ("has_status", np.bool_, (count,)),
             ("status", np.float64, (np.sum(arrays["has_status"]), n)),
             ("contacts", np.float64, (count, (n + walls) * CONTACT_SIZE)),
-            ("replay", np.float64, (count, n * REPLAY_SIZE)),
+            *((it, np.float64, (count, n * k)) for it, k in _ROWS.items()),
         ):
             got = given[name]
             if got.dtype != dtype or got.shape != shape:
@@ -220,8 +229,9 @@ def recorded(arrays: dict[str, Array], n: int) -> dict[str, Any]:
         rows = arrays["contacts"].reshape(count, -1, CONTACT_SIZE)
         walls = rows[:, n] if rows.shape[1] > n else None
         fields |= {"contacts": rows[:, :n], "wall_contact": walls}
-    if "replay" in arrays:
-        fields["replay"] = arrays["replay"].reshape(count, n, REPLAY_SIZE)
+    for name, size in _ROWS.items():
+        if name in arrays:
+            fields[name] = arrays[name].reshape(count, n, size)
     return fields
 
 

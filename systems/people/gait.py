@@ -134,7 +134,7 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
         if math.isnan(q[BASE_X]):
             q[BASE_X], q[BASE_Y], q[BASE_YAW] = ABSENT, ABSENT, 0.0
         q[HIP_HEIGHT] = max(
-            _reach(left_hip, left_knee), _reach(right_hip, right_knee)
+            reach(left_hip, left_knee), reach(right_hip, right_knee)
         )
         q[LEFT_HIP], q[LEFT_KNEE] = left_hip, left_knee
         q[RIGHT_HIP], q[RIGHT_KNEE] = right_hip, right_knee
@@ -143,7 +143,7 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
 
 
 @jit
-def _reach(hip: float, knee: float) -> float:
+def reach(hip: float, knee: float) -> float:
     """Returns the depth of the lower of heel and toe below the hip, in m."""
     shin = hip - knee
     foot = max(HEEL * math.sin(shin), -TOE * math.sin(shin))

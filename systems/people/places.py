@@ -13,6 +13,7 @@ from hunav_drake.systems.common.schema import (
     CONFIG,
     Integer,
     Name,
+    Point,
     Pose,
     PositiveLength,
     within,
@@ -26,6 +27,8 @@ PlaceType = Literal[
     "shelf",
     "door_button",
     "screen",
+    "workplace",
+    "bed",
     "door",
 ]
 PLACE_TYPES: tuple[PlaceType, ...] = get_args(PlaceType)
@@ -39,6 +42,8 @@ _SECONDS: dict[PlaceType, float] = {
     "shelf": 8.0,
     "door_button": 1.5,
     "screen": 20.0,
+    "workplace": 600.0,
+    "bed": 3600.0,
     "door": 5.0,
 }
 
@@ -62,7 +67,8 @@ class Place:
     type: PlaceType = "point"
     """What it is: people queue at a "counter", sit on a "seat", wait at a
     "bus_stop", take things from a "shelf", press a "door_button", look at a
-    "screen", and let each other pass at a "door"."""
+    "screen", sit and work at a "workplace", lie in a "bed", and let each other
+    pass at a "door"."""
 
     pose: Pose
     """Where the first one stands and faces (x, y, yaw), in W, in meters and
@@ -73,6 +79,10 @@ class Place:
     """Where people use it (x, y, yaw), in W, in meters and radians; by default
     the pose, and five places 2 m before a screen."""
 
+    approaches: list[Point] = field(default_factory=list)
+    """For each slot of a seat or bed, where people stand before they sit down
+    (x, y), in W, in meters; by default the slot itself."""
+
     spacing: PositiveLength = 0.9
     """Distance of people in a queue, in meters."""
 
@@ -81,7 +91,8 @@ class Place:
 
     seconds: Annotated[StrictFloat, within(0, 86400, "s")] | None = None
     """Time for which people use it, in seconds; by default 5 s, on a seat 60 s,
-    at a bus stop 30 s, a shelf 8 s, a button 1.5 s and a screen 20 s."""
+    at a bus stop 30 s, a shelf 8 s, a button 1.5 s, a screen 20 s, a
+    workplace 10 min and a bed 1 h."""
 
     def all_slots(self) -> list[tuple[float, float, float]]:
         """Returns the poses at which people use it, in W."""
@@ -96,6 +107,20 @@ class Place:
             (x + _AWAY * math.cos(it), y + _AWAY * math.sin(it), it + math.pi)
             for it in bearings
         ]
+
+    def __post_init__(self) -> None:
+        slots = len(self.slots) or 1
+        if self.approaches and len(self.approaches) != slots:
+            raise ValueError(
+                f"approaches: must be {slots}, one for each slot, got"
+                f" {len(self.approaches)}"
+            )
+
+    def all_approaches(self) -> list[tuple[float, float]]:
+        """Returns where people stand before they use each slot, in W."""
+        if self.approaches:
+            return [(x, y) for x, y in self.approaches]
+        return [(x, y) for x, y, _ in self.all_slots()]
 
     @property
     def time(self) -> float:

@@ -19,10 +19,12 @@ class FigurePorts(NamedTuple):
     Attributes:
         human_states: Takes n rows (x, y, yaw, vx, vy, omega, radius).
         labels: The label of each person in label images.
+        social_signals: Takes n rows of `layout.Signal`, for lively figures.
     """
 
     human_states: InputPort
     labels: tuple[int, ...]
+    social_signals: InputPort | None = None
 
 
 def AddFigures(
@@ -32,6 +34,7 @@ def AddFigures(
     *,
     time_step: float = 0.05,
     name: str = "figures",
+    lively: bool = False,
 ) -> FigurePorts:
     """Adds walking figures to a SceneGraph, for its cameras and visualizers.
 
@@ -45,6 +48,7 @@ def AddFigures(
         humans: The people, in the order of ``human_states``.
         time_step: The period of the states, in seconds.
         name: The name of the system that poses the figures.
+        lively: Whether they sit, look aside and gesture by ``social_signals``.
 
     Raises:
         ValueError: If the SceneGraph is not in the builder, the name is taken,
@@ -56,7 +60,7 @@ def AddFigures(
     plant = MultibodyPlant(time_step=0.0)
     plant.set_name(name)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    joints = AddPeople(plant, humans, labels)
+    joints = AddPeople(plant, humans, labels, lively=lively)
     plant.Finalize()
     inner = DiagramBuilder()
     _, poses = AddKinematics(inner, plant, joints, {}, time_step)
@@ -66,7 +70,10 @@ def AddFigures(
         figures.get_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    return FigurePorts(figures.GetInputPort("human_states"), labels)
+    signals = None
+    if figures.HasInputPort("social_signals"):
+        signals = figures.GetInputPort("social_signals")
+    return FigurePorts(figures.GetInputPort("human_states"), labels, signals)
 
 
 def check_place(

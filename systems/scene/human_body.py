@@ -1,5 +1,6 @@
 """A person's figure: bodies, joints and clothes; its meshes are in `models`."""
 
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 
@@ -48,6 +49,11 @@ _INWARDS = 0.5
 _BENT_DOWN = 0.4
 _NECK_Z = 0.6
 
+# The height of an elbow below the shoulder, in meters, negative.
+_ELBOW_Z = -0.275
+
+Axis = Sequence[float]
+
 
 def AddHumanBody(
     plant: MultibodyPlant,
@@ -58,6 +64,7 @@ def AddHumanBody(
     telephone: bool = False,
     label: int | None = None,
     level: int = 0,
+    lively: bool = False,
 ) -> list[Joint]:
     """Adds the figure of a person to a plant as a model instance.
 
@@ -77,11 +84,15 @@ def AddHumanBody(
             by default, each body has a separate one.
         level: The number of people added before. It raises the disc slightly,
             so that overlapping discs have different heights.
+        lively: Whether the figure sits, looks aside and gestures: it has four
+            bodies, joints and positions more.
 
     Returns:
         The joints in the order of the positions in `gait`: of the base
         (x, y, yaw), of the trunk (height of the hips), left hip, left knee,
-        right hip, right knee, left shoulder, right shoulder.
+        right hip, right knee, left shoulder, right shoulder; then, in the order
+        of those in `manners`, of the pitch of the trunk, the yaw of the head,
+        left elbow, right elbow.
     """
     instance = plant.AddModelInstance(name)
     width = figure_width(radius)
@@ -99,37 +110,53 @@ def AddHumanBody(
         else:
             AddLabeledVisual(plant, body, part, shape, color, X_BG, label)
 
-    def AddSwinging(
-        body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int
-    ) -> RigidBody:
-        """Adds a body that swings about a point of another."""
-        hanging = plant.AddRigidBody(body, instance)
+    def AddTurning(
+        body: str, parent: RigidBody, joint: str, place: ArrayLike, axis: Axis
+    ) -> tuple[RigidBody, Joint]:
+        """Adds a body that turns about a point of another."""
+        turning = plant.AddRigidBody(body, instance)
         X_PJ = RigidTransform(np.multiply(place, [1, width, 1]))
         frame = plant.AddFrame(
             FixedOffsetFrame(joint, parent.body_frame(), X_PJ)
         )
-        swing = RevoluteJoint(joint, frame, hanging.body_frame(), [0, sense, 0])
-        joints.append(plant.AddJoint(swing))
+        turn = RevoluteJoint(joint, frame, turning.body_frame(), axis)
+        return turning, plant.AddJoint(turn)
+
+    def AddSwinging(
+        body: str, parent: RigidBody, joint: str, place: ArrayLike, sense: int
+    ) -> RigidBody:
+        """Adds a body that swings forward or backward."""
+        axis = [0, sense, 0]
+        hanging, swing = AddTurning(body, parent, joint, place, axis)
+        joints.append(swing)
         return hanging
 
     base = plant.AddRigidBody("base", instance)
     flat = disc(radius, disc_height(level))
     AddVisual(plant, base, "disc", flat, BODY_DISC, perceived=False)
 
-    trunk = plant.AddRigidBody("trunk", instance)
-    AddPart(trunk, "hips", clothes.trousers)
-    AddPart(trunk, "torso", clothes.top)
-    X_BH = _tilted(_BENT_DOWN) if telephone else None
-    AddPart(trunk, "head", clothes.skin, X_BH)
-    AddPart(trunk, "hair", clothes.hair, X_BH)
-    AddPart(trunk, "eyes", EYES, X_BH)
-
     world, floor, top = plant.world_frame(), base.body_frame(), [0, 0, 1]
+    raised = plant.AddRigidBody("raised" if lively else "trunk", instance)
     for joint in (
         PlanarJoint("pose", world, floor),
-        PrismaticJoint("height", floor, trunk.body_frame(), top),
+        PrismaticJoint("height", floor, raised.body_frame(), top),
     ):
         joints.append(plant.AddJoint(joint))
+    trunk = head = raised
+    X_BH = _tilted(_BENT_DOWN) if telephone else RigidTransform()
+    further: list[Joint] = []
+    if lively:
+        neck = [0.0, 0.0, _NECK_Z]
+        trunk, lean = AddTurning("trunk", raised, "lean", [0, 0, 0], [0, 1, 0])
+        head, turn = AddTurning("head", trunk, "neck", neck, top)
+        further = [lean, turn]
+        X_BH = RigidTransform(neck).inverse() @ X_BH
+    AddPart(trunk, "hips", clothes.trousers)
+    AddPart(trunk, "torso", clothes.top)
+    AddPart(head, "head", clothes.skin, X_BH)
+    AddPart(head, "hair", clothes.hair, X_BH)
+    AddPart(head, "eyes", EYES, X_BH)
+
     # Positive angles swing forward at the hip, and bend the knee.
     for side, sign in (("left", 1.0), ("right", -1.0)):
         hip = [0, sign * HIP_Y, 0]
@@ -144,8 +171,8 @@ def AddHumanBody(
         arm = AddSwinging(f"{side}_arm", trunk, f"{side}_shoulder", place, -1)
         if telephone and side == "right":
             # On the trunk, because it does not swing.
-            turn = RotationMatrix.MakeZRotation(_INWARDS)
-            X_TS = RigidTransform(turn, np.multiply(place, [1, width, 1]))
+            inwards = RotationMatrix.MakeZRotation(_INWARDS)
+            X_TS = RigidTransform(inwards, np.multiply(place, [1, width, 1]))
             for part, color in (
                 ("bent_sleeve", clothes.top),
                 ("holding_hand", clothes.skin),
@@ -153,10 +180,20 @@ def AddHumanBody(
                 ("telephone_screen", TELEPHONE_SCREEN),
             ):
                 AddPart(trunk, part, color, X_TS)
-        else:
+        elif not lively:
             AddPart(arm, "sleeve", clothes.top)
             AddPart(arm, "hand", clothes.skin)
-    return joints
+        if lively:
+            elbow = [0, 0, _ELBOW_Z]
+            forearm, bend = AddTurning(
+                f"{side}_forearm", arm, f"{side}_elbow", elbow, [0, -1, 0]
+            )
+            further.append(bend)
+            if not (telephone and side == "right"):
+                AddPart(arm, "upper_arm", clothes.top)
+                AddPart(forearm, "forearm", clothes.top)
+                AddPart(forearm, "moving_hand", clothes.skin)
+    return joints + further
 
 
 def disc_height(level: int) -> float:

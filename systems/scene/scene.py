@@ -21,6 +21,7 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
+from hunav_drake.systems.people.gait import FIGURE_SIZE
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.robot.robot_config import RobotConfig
@@ -84,6 +85,24 @@ class ScenePorts:
     visualizer: "MeshcatViewer | None"
 
 
+@dataclass(frozen=True, kw_only=True)
+class SceneInputs:
+    """What a scene shows by further inputs.
+
+    Attributes:
+        scan_angles: The angles of a lidar's rays relative to the robot's
+            heading, in radians; with Meshcat, an input "scan" takes their
+            distances. Of several robots, such angles by their names.
+        sayings: If people show each other what they do, for each person the
+            texts that it may say, by their `text_code`; there may be none. An
+            input "social_signals" takes n rows of `layout.Signal`: figures sit,
+            look aside and gesture, and bubbles tell what they say.
+    """
+
+    scan_angles: Array | Mapping[str, Array] | None = None
+    sayings: Sequence[Mapping[float, str]] | None = None
+
+
 def AddScene(
     builder: DiagramBuilder,
     world: World,
@@ -93,7 +112,7 @@ def AddScene(
     time_step: float = 0.05,
     meshcat: "Meshcat | None" = None,
     config: SceneConfig | None = None,
-    scan_angles: Array | Mapping[str, Array] | None = None,
+    inputs: SceneInputs | None = None,
 ) -> ScenePorts:
     """Adds the scene to a builder as one diagram named "scene".
 
@@ -103,6 +122,7 @@ def AddScene(
         input_ports:
         - human_states
         - robot_state (of several robots, NAME_robot_state for each)
+        - social_signals (only with `SceneInputs.sayings`)
         output_ports:
         - query
 
@@ -123,9 +143,7 @@ def AddScene(
         time_step: The period of the states, in seconds.
         meshcat: The Meshcat to show the scene in.
         config: The additional drawings.
-        scan_angles: The angles of a lidar's rays relative to the robot's
-            heading, in radians; with Meshcat, an input "scan" takes their
-            distances. Of several robots, such angles by their names.
+        inputs: What else the scene shows, by further inputs.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
@@ -137,6 +155,7 @@ def AddScene(
             " diagram holds one scene."
         )
     check_time_step(time_step)
+    inputs = inputs or SceneInputs()
     inner = DiagramBuilder()
     scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)
@@ -154,6 +173,7 @@ def AddScene(
         [human_label(i) for i in range(len(humans))],
         apart=True,
         names=human_names,
+        lively=inputs.sayings is not None,
     )
     robot_joints = {
         name: _AddRobot(plant, figure_of(name), it, accent(k))
@@ -188,14 +208,14 @@ def AddScene(
         )
         AddOverlayPublisher(
             inner,
-            Board(meshcat, world, humans, human_names, robots),
+            Board(meshcat, world, humans, human_names, robots, inputs.sayings),
             (config or SceneConfig()).overlays,
             period=period,
             is_due=visualizer.is_due,
             is_recording=visualizer.is_recording,
-            scan_angles=scan_angles
-            if isinstance(scan_angles, Mapping)
-            else {"": scan_angles},
+            scan_angles=angles
+            if isinstance(angles := inputs.scan_angles, Mapping)
+            else {"": angles},
         )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")
 
@@ -221,11 +241,13 @@ def AddPeople(
     *,
     apart: bool = False,
     names: Sequence[str] | None = None,
+    lively: bool = False,
 ) -> list[list[Joint]]:
     """Adds the figures of people to a plant; returns the joints of each.
 
     `labels` are those in label images; `apart` is whether discs differ in
-    height: see `AddHumanBody`; `names` are by default the `figure_names`.
+    height, and `lively` as for `AddHumanBody`; `names` are by default the
+    `figure_names`.
     """
     return [
         AddHumanBody(
@@ -236,6 +258,7 @@ def AddPeople(
             telephone=human.behavior_name == "distracted",
             label=labels[i],
             level=i if apart else 0,
+            lively=lively,
         )
         for i, (name, human) in enumerate(
             zip(names or figure_names(humans), humans, strict=True)
@@ -254,10 +277,11 @@ def AddKinematics(
 
     Returns the kinematics, and the port with the poses of the geometry.
     """
+    rows = [joint_positions(it) for it in joints]
     kinematics = builder.AddNamedSystem(
         "kinematics",
         SceneKinematics(
-            np.array([joint_positions(j) for j in joints]).reshape(-1, 10),
+            np.array(rows) if rows else np.zeros((0, FIGURE_SIZE)),
             {name: joint_positions(j) for name, j in robot_joints.items()},
             num_positions=plant.num_positions(),
             time_step=time_step,
@@ -272,6 +296,10 @@ def AddKinematics(
     builder.ExportInput(
         kinematics.get_human_states_input_port(), "human_states"
     )
+    if kinematics.HasInputPort("social_signals"):
+        builder.ExportInput(
+            kinematics.GetInputPort("social_signals"), "social_signals"
+        )
     return kinematics, poses.get_output_port()
 
 

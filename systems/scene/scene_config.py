@@ -17,6 +17,7 @@ from hunav_drake.systems.common.schema import CONFIG
 #            (0.45, 1.2 and 3.6 m; Hall, "The Hidden Dimension", 1966)
 # forces     the forces on people: to goals, from people and from walls
 # names      the names of people, their behaviors and activities
+# speech     what people say
 # reactions  the people who react to the robot
 # estimate   the pose that a planner takes for that of its robot
 # scan       the hits of the robot's lidar
@@ -30,6 +31,7 @@ Overlay = Literal[
     "rings",
     "forces",
     "names",
+    "speech",
     "reactions",
     "estimate",
     "scan",
@@ -41,6 +43,7 @@ SHOWN: tuple[Overlay, ...] = (
     "walked",
     "plan",
     "names",
+    "speech",
     "reactions",
     "estimate",
     "clock",

@@ -15,11 +15,17 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
-from hunav_drake.systems.common.layout import STATE_SIZE, YAW
+from hunav_drake.systems.common.layout import SIGNAL_SIZE, STATE_SIZE, YAW
 from hunav_drake.systems.people.gait import (
     advance_gait,
     initial_gait,
     pose_figures,
+)
+from hunav_drake.systems.people.manners import (
+    LIVELY_SIZE,
+    advance_manners,
+    hold_figures,
+    initial_manners,
 )
 from hunav_drake.systems.scene.bounds import port_of
 
@@ -33,17 +39,20 @@ class SceneKinematics(LeafSystem):
         input_ports:
         - human_states
         - robot_state (of several robots, NAME_robot_state for each)
+        - social_signals (only of lively figures)
         output_ports:
         - positions
 
     Port `human_states` takes the states of `n` people (size 7n, see
     `common.layout`), and `robot_state` that of the robot (size
-    7); without a robot there is no such port. Port `positions` gives the
+    7); without a robot there is no such port. Port `social_signals` takes `n`
+    rows of `layout.Signal`, what people show; lively figures sit, look and
+    gesture by these, unless it is not connected. Port `positions` gives the
     generalized positions of the scene's plant.
 
     The discrete state holds for each person the phase of the stride (rad), the
-    smoothed speed (m/s) and the last position (m): see `gait`. It is updated
-    every `time_step`.
+    smoothed speed (m/s) and the last position (m): see `gait`; of lively
+    figures, a second group holds `manners`. It is updated every `time_step`.
     """
 
     def __init__(
@@ -57,7 +66,8 @@ class SceneKinematics(LeafSystem):
         """Constructs a SceneKinematics.
 
         `human_positions`, shape (n, 10), are the indices of each figure's
-        positions in those of the plant (in the order of `gait`), and
+        positions in those of the plant (in the order of `gait`), of lively
+        figures (n, 14), and
         `robot_positions` those of x, y and yaw of each robot, by its name,
         which is empty for a single one.
         """
@@ -82,9 +92,14 @@ class SceneKinematics(LeafSystem):
         self._positions = self.DeclareVectorOutputPort(
             "positions", num_positions, self._CalcPositions
         )
-        self._gait = self.DeclareDiscreteState(
-            initial_gait(len(self._human_positions))
-        )
+        n, size = self._human_positions.shape
+        self._gait = self.DeclareDiscreteState(initial_gait(n))
+        self._signals: InputPort | None = None
+        if size == LIVELY_SIZE:
+            self._signals = self.DeclareVectorInputPort(
+                "social_signals", SIGNAL_SIZE * n
+            )
+            self._manners = self.DeclareDiscreteState(initial_manners(n))
         if len(self._human_positions):
             self.DeclarePeriodicDiscreteUpdateEvent(
                 period_sec=time_step, offset_sec=0.0, update=self._Advance
@@ -105,21 +120,36 @@ class SceneKinematics(LeafSystem):
     def _Advance(self, context: Context, state: DiscreteValues) -> None:
         # Views instead of the copies from Eval: this runs at every step, even
         # without viewers, and advance_gait() only reads.
+        humans = self.EvalVectorInput(context, self._human_states_index).value()
         gait = advance_gait(
-            context.get_discrete_state_vector().value(),
-            self.EvalVectorInput(context, self._human_states_index).value(),
+            context.get_discrete_state(self._gait).value(),
+            humans,
             self._time_step,
         )
         state.set_value(self._gait, gait)
+        if self._signals is not None and self._signals.HasValue(context):
+            robots = [it.Eval(context) for it in self._robot_states]
+            manners = advance_manners(
+                context.get_discrete_state(self._manners).value(),
+                self._signals.Eval(context),
+                humans,
+                np.concatenate([np.zeros(0), *robots]),
+                self._time_step,
+            )
+            state.set_value(self._manners, manners)
 
     def _CalcPositions(self, context: Context, output: BasicVector) -> None:
         q: Array = np.zeros(self._num_positions)
         # Without people their port may be unconnected.
         if len(self._human_positions):
-            q[self._human_positions] = pose_figures(
+            figures = pose_figures(
                 context.get_discrete_state(self._gait).value(),
                 self._human_states.Eval(context),
             )
+            if self._signals is not None:
+                manners = context.get_discrete_state(self._manners).value()
+                figures = hold_figures(figures, manners)
+            q[self._human_positions] = figures
         for port, positions in zip(
             self._robot_states, self._robot_positions, strict=True
         ):

@@ -1,4 +1,5 @@
 import base64
+import json
 from pathlib import Path
 import re
 
@@ -248,3 +249,13 @@ def test_a_replay_shows_people_walking(meshcat, tmp_path):
     assert first["ana"] > middle["ana"] + 100 > last["ana"] + 200
     assert first["bo"] > middle["bo"] + 100 > last["bo"] + 200
     assert first["cy"] < middle["cy"] - 100 < last["cy"] - 200
+
+
+def test_marks_are_in_the_page(meshcat):
+    marks = [[("</script> & 'so'", 0.5, 1.5, "#d55e00")]]
+    page = mut.with_panel(meshcat.StaticHtml(), marks)
+    panel = mut.with_panel("</body>", marks)
+    assert "MARKED_TIMES" not in page
+    assert panel.count("</script>") == 1
+    told = re.search(r"for \(const marks of (.*)\) \{", panel)[1]
+    assert json.loads(told) == [[list(marks[0][0])]]

@@ -11,11 +11,14 @@ from hunav_drake import (
     LoadScenario,
     MakeTrialDiagram,
     MakeTrialSimulator,
+    RunTrial,
     SaveContext,
     ScenarioError,
     SetTrialSeed,
     TransferContext,
 )
+from hunav_drake.systems.common.layout import SIGNAL_SIZE, Activity, Signal
+from hunav_drake.systems.evaluation.recording import Recording
 from tests.vocabulary.stage import tree
 
 TALK = tree(
@@ -142,3 +145,26 @@ def test_names_that_do_not_fit_are_faults_of_the_scenario(change, place, words):
     with pytest.raises(ScenarioError, match=words) as info:
         scenario(**change)
     assert info.value.faults[0].path == place
+
+
+def test_a_recording_has_what_people_have_shown(tmp_path):
+    trial = scenario(simulation={"duration": 6.0})
+    recording = RunTrial(trial).recording
+    shown = recording.social_signals
+    assert shown.shape == (len(recording), 4, SIGNAL_SIZE)
+    assert (shown[:, 0, Signal.ACTIVITY] == Activity.CONVERSATION).any()
+    recording.save(tmp_path / "r.npz")
+    again = Recording.load(tmp_path / "r.npz")
+    np.testing.assert_array_equal(again.social_signals, shown)
+    # It is in the Context, too.
+    diagram = MakeTrialDiagram(trial)
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(3.0)
+    file = SaveContext(diagram, simulator.get_context(), tmp_path / "c.npz")
+    forked = Simulator(diagram, LoadContext(diagram, file))
+    forked.AdvanceTo(6.0)
+    evaluator = diagram.GetSubsystemByName("evaluator")
+    own = evaluator.GetMyContextFromRoot(forked.get_context())
+    np.testing.assert_array_equal(
+        evaluator.GetRecording(own).social_signals, shown
+    )

@@ -147,8 +147,12 @@ def test_26_who_has_sat_walks_on():
         if stage.signal(0, Signal.POSTURE) == Posture.SEATED:
             sat.append(stage.states[0].copy())
     sat = np.array(sat)
-    assert len(sat) == pytest.approx(60 / DT, abs=2)
-    assert np.abs(sat[5:, 3:6]).max() == 0
+    moves = np.abs(sat[:, 3:6]).max(axis=1) > 0
+    assert (~moves).sum() == pytest.approx(60 / DT, abs=2)
+    # It sits down in a second at most, and then is at rest.
+    first = int(moves.sum())
+    assert first <= 1 / DT
+    assert not moves[first:].any()
     assert np.abs(sat[:, 2] + math.pi / 2).max() <= 0.06
     assert math.dist(stage.states[0, :2], (6, 3)) < 0.5
 

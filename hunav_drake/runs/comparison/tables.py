@@ -14,9 +14,9 @@ from hunav_drake.runs.comparison.paper import (
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text
 from hunav_drake.runs.statistics import RATES, early_mark, summarize
 from hunav_drake.runs.suite_result import SuiteResult
-from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.systems.evaluation.metric import SITUATIONS_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS as KNOWN
-from hunav_drake.trial.metric_facts import unit_of
+from hunav_drake.trial.metric_facts import family_of, unit_of
 from hunav_drake.trial.quantity_text import ROUNDING, number_text, unit_text
 
 # The metrics in the tables of a suite: those of the paper.
@@ -127,7 +127,9 @@ def scores(runs: pd.DataFrame) -> list[str]:
     return [
         it
         for it in runs.attrs["units"]
-        if base_name(it) not in KNOWN and runs[it].notna().any()
+        if base_name(it) not in KNOWN
+        and family_of(runs, it) != SITUATIONS_FAMILY
+        and runs[it].notna().any()
     ]
 
 

@@ -34,6 +34,9 @@ from hunav_drake.systems.behavior.nodes.social import (
     pose_of,
     show_activity,
     signal_of,
+    slot_at,
+    social_memory,
+    ticks_of,
 )
 from hunav_drake.systems.behavior.nodes.status import (
     FAILURE,
@@ -42,6 +45,7 @@ from hunav_drake.systems.behavior.nodes.status import (
     NodeStatus,
 )
 from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE, Tick
+from hunav_drake.systems.behavior.nodes.tick_context import SEAT
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
 from hunav_drake.systems.common.layout import Activity, Posture, Signal
@@ -50,11 +54,19 @@ from hunav_drake.systems.people.places import PLACE_TYPES, PlaceType
 
 _QUEUE, _USE = float(Activity.QUEUE), float(Activity.USE)
 _SIT, _WATCH = float(Activity.SIT), float(Activity.WATCH)
-_SEATED = float(Posture.SEATED)
+_SEATED, _LYING = float(Posture.SEATED), float(Posture.LYING)
 _ACTIVITY, _SINCE = int(Signal.ACTIVITY), int(Signal.SINCE)
 _PLACE, _SLOT = int(Signal.PLACE), int(Signal.SLOT)
 _GESTURE, _POSTURE = int(Signal.GESTURE), int(Signal.POSTURE)
-_SEAT, _SCREEN = PLACE_TYPES.index("seat"), PLACE_TYPES.index("screen")
+_SEAT, _SCREEN, _WORKPLACE, _BED = (
+    PLACE_TYPES.index(it) for it in ("seat", "screen", "workplace", "bed")
+)
+
+# Somebody is on a seat within this distance, in meters.
+_UPON = 0.02
+
+# Whoever is this near to a seat when the trial begins sits on it, in meters.
+_AT_START = 0.3
 
 # Somebody faces a direction within this angle, in radians.
 _FACING = 0.05
@@ -70,11 +82,15 @@ def _row(tick, place):
 
 
 @jit_inline
-def _slot(tick, place, slot):
-    """Returns the pose of a slot of a place in W."""
-    first = np.int64(_row(tick, place)[8])
-    row = numbers_at(tick.slots_of_places + 8 * 3 * (first + slot))
-    return row[0], row[1], row[2]
+def _slot_row(tick, place, slot):
+    """Returns the row of a slot of a place."""
+    return np.int64(_row(tick, place)[8]) + np.int64(slot)
+
+
+@jit_inline
+def _away(tick, x, y):
+    """Returns the distance of a point in W, in meters."""
+    return math.hypot(x - tick.x, y - tick.y)
 
 
 @jit_inline
@@ -164,9 +180,17 @@ def queue(
 def _activity(tick, place):
     """Returns the activity of those who use a place."""
     kind = np.int64(_row(tick, place)[7])
-    if kind == _SEAT:
+    if kind in (_SEAT, _BED):
         return _SIT
     return _WATCH if kind == _SCREEN else _USE
+
+
+@jit_inline
+def _posture(kind):
+    """Returns the posture of those who use a type of place."""
+    if kind == _BED:
+        return _LYING
+    return _SEATED if kind in (_SEAT, _WORKPLACE) else 0.0
 
 
 @jit_part
@@ -190,8 +214,8 @@ def _choose(tick, own, place, kind):
         if p != place and (place >= 0 or _row(tick, p)[7] != kind):
             continue
         for s in range(np.int64(_row(tick, p)[9])):
-            x, y, _ = _slot(tick, p, s)
-            away = math.hypot(x - tick.x, y - tick.y)
+            it = slot_at(tick, _slot_row(tick, p, s))
+            away = min(_away(tick, it[0], it[1]), _away(tick, it[3], it[4]))
             if away < nearest and not _is_claimed(tick, p, s, math.inf):
                 nearest = away
                 own[2] = p + 1.0
@@ -232,9 +256,10 @@ def use_place(
     """Uses a place: sits on a seat, looks at a screen, takes from a shelf, ...
 
     The person takes the nearest free slot of the place, or, without one, of
-    all places of a type, faces as it does, and stays for `seconds`, by default
-    the time of the place. Without a free slot, it waits near the place; the
-    action fails after `patience` of that.
+    all places of a type, and faces as it does; it sits down on a seat and lies
+    down in a bed. It stays for `seconds`, by default the time of the place.
+    Without a free slot, it waits near the place; the action fails after
+    `patience` of that.
     """
     row = place_of(tick, place)
     if row < 0 and float(place) != 0:
@@ -250,19 +275,31 @@ def use_place(
         status: NodeStatus = _wait(tick, own, row, patience)
         return status
     at, slot = np.int64(own[2]) - 1, np.int64(own[3])
-    x, y, yaw = _slot(tick, at, slot)
+    row = _slot_row(tick, at, slot)
+    x, y, yaw, ax, ay, _, _ = slot_at(tick, row)
     show_activity(tick, _activity(tick, at), at, slot)
-    if not settle(tick, x, y):
-        return RUNNING
-    sx, sy, _ = pose_of(tick, at)
-    if _row(tick, at)[7] == _SCREEN:
-        look_at(tick, AT_POINT, sx, sy)
-    if not _turn(tick, yaw):
-        return RUNNING
+    kind_there = np.int64(_row(tick, at)[7])
+    posture = _posture(kind_there)
     signal = own_signal(tick)
+    memory = social_memory(tick)
+    away = _away(tick, x, y)
+    is_there = ticks_of(tick) == 0 and away < _AT_START
+    if posture != 0 and (memory[SEAT] == row + 1 or is_there):
+        memory[SEAT] = row + 1.0
+        signal[_POSTURE] = posture
+        if away > _UPON:
+            return RUNNING
+    else:
+        sx, sy, _ = pose_of(tick, at)
+        if kind_there == _SCREEN:
+            look_at(tick, AT_POINT, sx, sy)
+        if not settle(tick, ax, ay) or not _turn(tick, yaw):
+            return RUNNING
+        if posture != 0:
+            memory[SEAT] = row + 1.0
+            signal[_POSTURE] = posture
+            return RUNNING
     signal[_GESTURE] = gesture
-    if _row(tick, at)[7] == _SEAT:
-        signal[_POSTURE] = _SEATED
     own[0] += 1
     own[1] = 0.0
     if seconds == 0:
@@ -289,7 +326,8 @@ def _wait(tick, own, place, patience):
         return RUNNING
     nearest, sx, sy = math.inf, 0.0, 0.0
     for k in range(np.int64(_row(tick, place)[9])):
-        x, y, _ = _slot(tick, place, k)
+        it = slot_at(tick, _slot_row(tick, place, k))
+        x, y = it[3], it[4]
         away = math.hypot(x - tick.x, y - tick.y)
         if away < nearest:
             nearest, sx, sy = away, x, y

@@ -42,6 +42,9 @@ _REACH = 0.05
 # be there in the time. In meters, m/s and seconds.
 SETTLED, _OFF, _SLOWLY, _SOON = 0.1, 0.2, 0.2, 0.5
 
+# A person who settles presses on from this near, in meters.
+_PRESSES = 0.8
+
 _STAND = float(Hold.STAND)
 
 
@@ -181,4 +184,7 @@ def settle(tick, x, y, off=_OFF):
         stand(tick)
         return True
     walk_to(tick, x, y, approach_speed(tick, left))
+    if left < _PRESSES and speed_of(tick) < _SLOWLY / 2:
+        # (Walls near the point hold nobody back.)
+        tick.desired_speed = PRESSING
     return False

@@ -4,6 +4,8 @@ A leaf that uses this is registered with ``social=True``: its tree then has the
 numbers of `SOCIAL_MEMORY`, and the system has ports for signals.
 """
 
+import math
+
 import numpy as np
 
 from hunav_drake.systems.behavior.nodes.pointers import (
@@ -14,6 +16,7 @@ from hunav_drake.systems.behavior.nodes.pointers import (
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.tick import (
     PLACE_SIZE,
+    SLOT_SIZE,
     aim,
     human_at,
     robot_at,
@@ -23,6 +26,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     GOAL_PLACE,
     GROUP,
     NEEDS,
+    SEAT,
     SEED,
     STOPPED,
     TICKS,
@@ -37,12 +41,17 @@ from hunav_drake.systems.common.layout import (
     SILENT,
     Activity,
     Hold,
+    Posture,
     Signal,
 )
 from hunav_drake.systems.world.ray_cast import ray_cast
 
 # A row of lists of people: the number of the list, how many, and their rows.
 LIST_SIZE = 2 + MAX_PARTNERS
+
+# The time in which people sit down and stand up, in seconds, the least speed,
+# in m/s, and how near to the place beside a seat they stand again, in meters.
+_MOVING, _SLOWEST, _UP = 1.0, 0.2, 0.02
 
 # The purposes of draws.
 CHANCE, DURATION, CHOICE = 4, 5, 6
@@ -52,7 +61,8 @@ AHEAD, AT_POINT = -1.0, -2.0
 
 # (Compiled code knows them as numbers.)
 _GAZE, _X, _Y = int(Signal.GAZE), int(Signal.GAZE_X), int(Signal.GAZE_Y)
-_STAND = float(Hold.STAND)
+_STAND, _PLACED = float(Hold.STAND), float(Hold.PLACED)
+_POSTURE, _STANDING = int(Signal.POSTURE), float(Posture.STANDING)
 _SILENT = np.array(SILENT)
 _SAID, _TO = int(Signal.UTTERANCE), int(Signal.TO)
 _ACTIVITY, _SINCE = int(Signal.ACTIVITY), int(Signal.SINCE)
@@ -314,3 +324,41 @@ def end_signal(tick):
     if memory[STOPPED] != 0:
         tick.hold = _STAND
         tick.turn_rate = 0.0
+    if 1 <= memory[SEAT] <= tick.num_place_slots:
+        _sit(tick, memory)
+
+
+@jit_part
+def _sit(tick, memory):
+    """Keeps a person on its seat, or stands it up if nothing keeps it there.
+
+    So nobody who is interrupted is left inside of furniture.
+    """
+    slot = np.int64(memory[SEAT]) - 1
+    own, before = own_signal(tick), signal_of(tick, tick.index)
+    x, y, yaw, ax, ay, place, number = slot_at(tick, slot)
+    if own[_POSTURE] == _STANDING:
+        if math.hypot(ax - tick.x, ay - tick.y) < _UP:
+            memory[SEAT] = 0.0
+            return
+        x, y = ax, ay
+        if own[_PLACE] < 0:
+            # (The seat is not free yet.)
+            own[_PLACE] = place
+            own[_SLOT] = number
+            own[_SINCE] = before[_SINCE]
+    sx, sy = slot_at(tick, slot)[:2]
+    tick.hold = _PLACED
+    tick.goal_x = x
+    tick.goal_y = y
+    tick.has_goal = 1.0
+    tick.desired_speed = max(math.hypot(ax - sx, ay - sy) / _MOVING, _SLOWEST)
+    tick.yaw_target = yaw
+    tick.turn_rate = math.pi
+
+
+@jit_inline
+def slot_at(tick, row):
+    """Returns the numbers of a slot, by its row: see `SLOT_SIZE`."""
+    it = numbers_at(tick.slots_of_places + 8 * SLOT_SIZE * row)
+    return it[0], it[1], it[2], it[3], it[4], it[5], it[6]

@@ -62,7 +62,8 @@ TICK_FIELDS = (
     # in the memory, after `SOCIAL_MEMORY`.
     *("goal_place", "num_needs"),
     # Rows of places and of their slots, and of lists of people; see `social`.
-    *("places", "num_places", "slots_of_places", "lists", "num_lists"),
+    *("places", "num_places", "slots_of_places", "num_place_slots"),
+    *("lists", "num_lists"),
     # Where the walk was interrupted, and why: see `walk`.
     *("person", "row", "slot", "code"),
 )
@@ -70,6 +71,10 @@ TICK_FIELDS = (
 # distance in a queue (of a door, the width) and the time, its type, and its
 # slots: the row of the first, and how many.
 PLACE_SIZE = 10
+
+# The numbers of a slot: its pose in W, where people stand before they use it,
+# and the rows of the place, and of the slot in it.
+SLOT_SIZE = 7
 
 # In a tick, the numbers before the state and before the command, and of all.
 STATE_AT, COMMAND_AT = 1, 1 + STATE_SIZE + 1

@@ -30,7 +30,8 @@ MAX_PLACES = 16
 
 # In a tree with social leaves, these follow: the number of ticks so far;
 # whether the person is to stand until further notice; the group instead of the
-# configured one, or `UNSET`; what the person says, to whom, and for how many
+# configured one, or `UNSET`; the slot on which the person sits or lies, 1 + its
+# row, or 0; what the person says, to whom, and for how many
 # ticks more; the seed of all chances; and places as goals: the present one,
 # and those to come, each 1 + its row, or 0. Those after the person's own goals
 # have a minus.
@@ -39,6 +40,7 @@ SOCIAL_MEMORY: Mapping[str, float] = MappingProxyType(
         "ticks": 0.0,
         "stopped": 0.0,
         "group": UNSET,
+        "seat": 0.0,
         "utterance": 0.0,
         "addressee": -1.0,
         "ticks to say it": 0.0,
@@ -48,7 +50,7 @@ SOCIAL_MEMORY: Mapping[str, float] = MappingProxyType(
         **{f"later place {i}": 0.0 for i in range(1, MAX_PLACES + 1)},
     }
 )
-TICKS, STOPPED, GROUP, UTTERANCE, ADDRESSEE, TICKS_LEFT, SEED = range(7)
+TICKS, STOPPED, GROUP, SEAT, UTTERANCE, ADDRESSEE, TICKS_LEFT, SEED = range(8)
 GOAL_PLACE = SEED + 2
 LATER_PLACES = GOAL_PLACE + 1
 

@@ -91,6 +91,10 @@ def make_people() -> dict[str, TriangleMesh]:
         "shoe": loft(SHOE_SECTIONS, sides=14, power=2.3),
         "sleeve": join([upper_arm, _hanging(forearm)]),
         "hand": _hanging(hand),
+        # The parts of an arm with an elbow, each below its joint.
+        "upper_arm": upper_arm,
+        "forearm": forearm,
+        "moving_hand": hand,
         # The arm that holds a telephone in front of the face.
         "bent_sleeve": join([bent, _held(forearm)]),
         "holding_hand": _held(hand),

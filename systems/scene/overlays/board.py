@@ -18,9 +18,15 @@ from hunav_drake.systems.scene.bounds import (
 )
 from hunav_drake.systems.scene.meshes import TriangleMesh, plate, ring
 from hunav_drake.systems.scene.overlays.tags import (
+    BUBBLE_Z,
+    CALM,
+    REACTING,
     ROBOT_TAG_Z,
+    SPEECH,
     TAG_Z,
+    WORDS,
     TagBoard,
+    bubble_text,
     tag_text,
 )
 from hunav_drake.systems.scene.palette import (
@@ -94,8 +100,12 @@ class Board:
         humans: Sequence[HumanConfig],
         names: Sequence[str],
         robot: Robots,
+        sayings: Sequence[Mapping[float, str]] | None = None,
     ) -> None:
-        """Constructs a Board in Meshcat; `names` are those of the figures."""
+        """Constructs a Board in Meshcat; `names` are those of the figures.
+
+        `sayings` are the texts that each person may say: see `AddScene`.
+        """
         self.robots = dict(by_name(robot))
         self.meshcat = meshcat
         self.names = tuple(names)
@@ -112,6 +122,15 @@ class Board:
         self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
         self._humans = tuple(humans)
         self.recorded = tuple(it.track is not None for it in humans)
+        self.sayings = tuple(sayings or ())
+        self.activities = [*ACTIVITIES, *(WORDS.values() if sayings else ())]
+        # The boards that face the camera, each with its height.
+        self.boards = [(self.OfPerson("names", it), TAG_Z) for it in names]
+        self.boards += [
+            (self.OfPerson("speech", name), BUBBLE_Z)
+            for name, texts in zip(names, self.sayings, strict=False)
+            if texts
+        ]
 
     def OfPerson(self, overlay: Overlay, name: str) -> str:
         """Returns the path of an overlay that moves with a figure."""
@@ -154,8 +173,12 @@ class Board:
         return f"{self.OfPerson('forces', name)}/{kind}"
 
     def Tag(self, name: str, activity: int) -> str:
-        """Returns the path of a name tag: see `ACTIVITIES`."""
+        """Returns the path of a name tag, by the place in `activities`."""
         return f"{self.OfPerson('names', name)}/{activity}"
+
+    def Bubble(self, name: str, saying: int) -> str:
+        """Returns the path of the bubble of a text, by its place in order."""
+        return f"{self.OfPerson('speech', name)}/{saying}"
 
     def Paths(self, overlay: Overlay) -> list[str]:
         """Returns the paths of an overlay, to show or hide it."""
@@ -173,6 +196,9 @@ class Board:
                 for name, robot in self.robots.items()
                 if robot.goal is not None
             ]
+        if overlay == "speech":
+            # (After those of names.)
+            return [path for path, _ in self.boards[len(self.names) :]]
         paths = [self.OfPerson(overlay, name) for name in self.names]
         if overlay == "names":
             paths += [self.NameOf(it) for it in self.robots if it]
@@ -195,6 +221,9 @@ class Board:
             zip(self._humans, self.names, strict=True)
         ):
             self._DrawPerson(i, human, name)
+        # The page or the publisher turns them to the camera.
+        for path, height in self.boards:
+            self.meshcat.SetProperty(path, "position", [0.0, 0.0, height])
         for walker in self.walkers:
             radius, color = 0.06, TOPS[walker.row % len(TOPS)]
             if walker.is_robot:
@@ -254,14 +283,16 @@ class Board:
         for kind, color in enumerate(FORCE_ARROWS):
             height = _FORCE_Z + lift + 0.006 * kind
             self._AddMesh(self.Force(name, kind), _arrow(height), color)
-        for k, activity in enumerate(ACTIVITIES):
+        for k, activity in enumerate(self.activities):
             text = tag_text(human.name, human.behavior_name, activity)
             path = self.Tag(name, k)
-            self.meshcat.SetObject(path, TagBoard(text, activity == "reacts"))
-        # The page or the publisher turns it to the camera.
-        self.meshcat.SetProperty(
-            self.OfPerson("names", name), "position", [0.0, 0.0, TAG_Z]
-        )
+            colors = REACTING if activity == "reacts" else CALM
+            self.meshcat.SetObject(path, TagBoard(text, colors))
+        sayings = self.sayings[i].values() if self.sayings else ()
+        for k, text in enumerate(sayings):
+            path = self.Bubble(name, k)
+            self.meshcat.SetObject(path, TagBoard(bubble_text(text), SPEECH))
+            self.meshcat.SetProperty(path, "visible", False)
 
 
 def force_scale(force: np.ndarray) -> tuple[float, float]:

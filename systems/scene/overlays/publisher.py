@@ -27,17 +27,18 @@ from hunav_drake.systems.common.layout import (
     REPLAY_SIZE,
     REPLAYED,
     ROBOT_REPULSION_FORCE,
+    SIGNAL_SIZE,
     SOCIAL_FORCE,
     STATE_SIZE,
     VX,
     VY,
     YAW,
+    Signal,
     X,
     Y,
 )
 from hunav_drake.systems.scene.bounds import port_of
 from hunav_drake.systems.scene.overlays.board import (
-    ACTIVITIES,
     COSTMAP_Z,
     HIDDEN_Z,
     MAX_SCAN_DOTS,
@@ -52,7 +53,7 @@ from hunav_drake.systems.scene.overlays.costmaps import (
     RecordCostmap,
     ShowCostmap,
 )
-from hunav_drake.systems.scene.overlays.tags import ROBOT_TAG_Z, TAG_Z
+from hunav_drake.systems.scene.overlays.tags import ROBOT_TAG_Z, calm_activities
 from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
     STANDING_SPEED,
@@ -103,7 +104,7 @@ def AddOverlayPublisher(
         port = system.get_input_port(i)
         name = port.get_name()
         shared = name.endswith("robot_state") and "estimated_" not in name
-        if name == "human_states" or shared:
+        if name in ("human_states", "social_signals") or shared:
             builder.ConnectInput(name, port)
         else:
             builder.ExportInput(port, name)
@@ -132,6 +133,7 @@ class OverlayPublisher(LeafSystem):
         - robot_state
         - behavior_status
         - replay (only with recorded people)
+        - social_signals (only if people show signals)
         - forces
         - estimated_robot_state
         - planner_path
@@ -141,7 +143,8 @@ class OverlayPublisher(LeafSystem):
 
     Port `human_states` takes the states of `n` people (size 7n), `robot_state`
     that of the robot (size 7), `behavior_status` n numbers, 0 for people who do
-    not react, `replay` n rows of `layout.REPLAY_SIZE`, `forces` 16n numbers
+    not react, `replay` n rows of `layout.REPLAY_SIZE`, `social_signals` n rows
+    of `layout.Signal`, `forces` 16n numbers
     (see `layout.FORCES`), `estimated_robot_state` the state of the robot as its
     planner knows it, `planner_path`, abstract, an array (k, 2) or (k, 3)
     of points in W, `local_costmap` and `global_costmap`, abstract, a `Costmap`
@@ -187,6 +190,9 @@ class OverlayPublisher(LeafSystem):
         self._replay = None
         if any(board.recorded):
             self._replay = declare("replay", REPLAY_SIZE * n)
+        self._signals = None
+        if board.sayings:
+            self._signals = declare("social_signals", SIGNAL_SIZE * n)
         self._robots = [
             self._Declare(name, (scan_angles or {}).get(name))
             for name in board.robots
@@ -256,6 +262,7 @@ class OverlayPublisher(LeafSystem):
             self._TurnTags(humans, robots)
         if frame % _FEW == 0:
             self._PublishPeople(context, time, humans)
+            self._PublishSpeech(context, time)
         many = max(round(_COSTMAP_PERIOD / self._period), 1)
         for it, row in zip(self._robots, robots, strict=True):
             if frame % _MANY == 0:
@@ -302,9 +309,10 @@ class OverlayPublisher(LeafSystem):
     def _TurnTags(self, humans: Array, robots: Sequence[Array]) -> None:
         """Turns the name tags to the initial position of the camera."""
         board = self._board
+        of_figure = dict(zip(board.names, humans, strict=True))
         tagged = [
-            (board.OfPerson("names", name), row, TAG_Z)
-            for name, row in zip(board.names, humans, strict=True)
+            (path, of_figure[path.split("/")[-3]], height)
+            for path, height in board.boards
         ]
         tagged += [
             (board.NameOf(name), row, ROBOT_TAG_Z)
@@ -333,9 +341,13 @@ class OverlayPublisher(LeafSystem):
             mode = self._replay.Eval(context)[::REPLAY_SIZE]
             reacts |= mode == REACTIVE
         stands = np.hypot(humans[:, VX], humans[:, VY]) < STANDING_SPEED
+        words = calm_activities(self._EvalSignals(context), n)
         for i, name in enumerate(board.names):
+            reacts[i] &= not words[i]
             activity = 2 if reacts[i] else int(stands[i])
-            for k in range(len(ACTIVITIES)):
+            if words[i]:
+                activity = board.activities.index(words[i])
+            for k in range(len(board.activities)):
                 tag = board.Tag(name, k)
                 meshcat.SetProperty(tag, "visible", k == activity, time)
             signs = [bool(reacts[i])]
@@ -359,6 +371,27 @@ class OverlayPublisher(LeafSystem):
                 quaternion = [0.0, 0.0, s, c]
                 meshcat.SetProperty(path, "quaternion", quaternion, time)
                 meshcat.SetProperty(path, "scale", [length, 1.0, 1.0], time)
+
+    def _EvalSignals(self, context: Context) -> Array | None:
+        """Returns what people show, if it is known."""
+        if self._signals is None or not self._signals.HasValue(context):
+            return None
+        signals: Array = self._signals.Eval(context)
+        return signals
+
+    def _PublishSpeech(self, context: Context, time: float) -> None:
+        """Shows the bubbles of what people say."""
+        signals = self._EvalSignals(context)
+        if signals is None:
+            return
+        board, said = self._board, signals[Signal.UTTERANCE :: SIGNAL_SIZE]
+        for name, texts, code in zip(
+            board.names, board.sayings, said, strict=True
+        ):
+            for k, text in enumerate(texts):
+                board.meshcat.SetProperty(
+                    board.Bubble(name, k), "visible", bool(text == code), time
+                )
 
     def _PublishPath(
         self, context: Context, time: float, robot: "_Robot"

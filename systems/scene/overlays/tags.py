@@ -7,9 +7,15 @@ from PIL import Image, ImageDraw, ImageFont
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
 
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import Activity, Signal
+
 # The height of a board, and the height of its center above the floor, in m.
 TAG_HEIGHT = 0.26
 TAG_Z = 1.97
+
+# The height of the center of a bubble with what a person says.
+BUBBLE_Z = TAG_Z + 0.32
 
 # The same of boards above robots, in meters.
 ROBOT_TAG_Z = 0.8
@@ -17,10 +23,26 @@ ROBOT_TAG_Z = 0.8
 # The size of letters in the picture of a board, in pixels.
 _LETTERS = 28
 
-# The colors of letters and board, of people who do not react to the robot and
-# of people who do.
-_CALM = ((255, 255, 255), (44, 50, 60))
-_REACTING = ((255, 255, 255), (190, 20, 55))
+# The colors of letters and board: of people who do not react to the robot, of
+# people who do, and of what people say.
+Colors = tuple[tuple[int, int, int], tuple[int, int, int]]
+CALM: Colors = ((255, 255, 255), (44, 50, 60))
+REACTING: Colors = ((255, 255, 255), (190, 20, 55))
+SPEECH: Colors = ((30, 34, 40), (255, 250, 225))
+
+# What people do, by their Activity; those that are reactions have none.
+WORDS: dict[float, str] = {
+    Activity.CONVERSATION: "talks",
+    Activity.QUEUE: "queues",
+    Activity.USE: "uses something",
+    Activity.SIT: "sits",
+    Activity.FOLLOW: "follows",
+    Activity.ACCOMPANY: "accompanies",
+    Activity.WATCH: "watches",
+    Activity.GIVE_WAY: "gives way",
+    Activity.GROUP_WALK: "walks in a group",
+    Activity.WAIT: "waits",
+}
 
 _LONGEST = 40
 
@@ -29,18 +51,38 @@ def tag_text(name: str, behavior: str, activity: str = "") -> str:
     """Returns the text of a person's tag."""
     parts = [part for part in (name, behavior, activity) if part]
     text = " \N{MIDDLE DOT} ".join(parts)
+    return _cut(text)
+
+
+def calm_activities(signals: Array | None, n: int) -> list[str]:
+    """Returns what people do that is no reaction to a robot, in a word each.
+
+    `signals` are n rows of `layout.Signal`, or None.
+    """
+    if signals is None:
+        return [""] * n
+    codes = signals.reshape(n, -1)[:, Signal.ACTIVITY].tolist()
+    return [WORDS.get(code, "") for code in codes]
+
+
+def bubble_text(text: str) -> str:
+    """Returns the text of a bubble with what a person says."""
+    return _cut(f"\u201c{text}\u201d")
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "\u2026"
 
 
 @lru_cache(maxsize=512)
 def tag_picture(
-    text: str, reacts: bool = False, letters: int = _LETTERS
+    text: str, colors: Colors = CALM, letters: int = _LETTERS
 ) -> Image.Image:
     """Returns a line of text on a board as an RGBA picture.
 
-    `reacts` gives it the color of people who react; letters are in pixels.
+    `colors` are those of letters and board; letters are in pixels.
     """
-    ink, board = _REACTING if reacts else _CALM
+    ink, board = colors
     font = ImageFont.load_default(letters)
     left, _, right, _ = font.getbbox(text)
     size = (int(right - left + 0.9 * letters), int(1.5 * letters))
@@ -54,15 +96,15 @@ def tag_picture(
     return picture
 
 
-def TagBoard(text: str, reacts: bool = False) -> Mesh:
+def TagBoard(text: str, colors: Colors = CALM) -> Mesh:
     """Returns an upright board with a text for Meshcat.
 
     It faces +z of its frame, with the text along +x and up along +y, like a
     picture on a screen; it is emissive.
     """
-    picture = tag_picture(text, reacts)
+    picture = tag_picture(text, colors)
     # Opaque corners: Meshcat does not support partly transparent boards.
-    flat = Image.new("RGB", picture.size, _REACTING[1] if reacts else _CALM[1])
+    flat = Image.new("RGB", picture.size, colors[1])
     flat.paste(picture, mask=picture.getchannel("A"))
     png = io.BytesIO()
     flat.quantize(16).save(png, "PNG", optimize=True)

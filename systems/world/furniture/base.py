@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, StrictFloat
@@ -34,6 +34,9 @@ Load = Annotated[StrictFloat, within(0, 100, "m")]
 # An upright piece in the frame of the furniture: outline, low, high, material.
 Piece = tuple[Array, float, float, str]
 
+# Where a person uses furniture, in its frame: x, y, yaw, in meters and radians.
+Spot = tuple[float, float, float]
+
 
 @explain
 @dataclass(kw_only=True, config=CONFIG)
@@ -60,9 +63,23 @@ class Furniture(ABC):
     height: Height = 1.0
     """Height, in meters."""
 
+    # What people use it for: a type of place, or "".
+    use: ClassVar[str] = ""
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns where people use it, in its own frame."""
+        return []
+
     @abstractmethod
     def pieces(self) -> Sequence[Piece]:
         """Returns its pieces in its own frame, in meters."""
+
+    def along(self, x: float, yaw: float, space: float) -> list[Spot]:
+        """Returns places side by side, each `space` wide, in its own frame."""
+        count = max(int(self.size[1] / space), 1)
+        step = self.size[1] / count
+        first = (step - self.size[1]) / 2
+        return [(x, first + k * step, yaw) for k in range(count)]
 
     def outlines(self) -> Sequence[Array]:
         """Returns its footprints in its own frame, each (k, 2), in meters."""

@@ -1,6 +1,7 @@
 """The kinds of furniture: seats and beds, tables, and upright things."""
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from pydantic import StrictBool
@@ -14,11 +15,15 @@ from hunav_drake.systems.world.furniture.base import (
     Height,
     Load,
     Piece,
+    Spot,
     block,
     legs,
     register_furniture,
 )
 from hunav_drake.systems.world.solids import disc, rectangle
+
+# How far people stand before a counter or shelf, in meters.
+_BEFORE = 0.45
 
 
 @register_furniture("chair")
@@ -28,6 +33,11 @@ class Chair(Furniture):
 
     size: Extents = (0.45, 0.45)
     height: Height = 0.85
+    use: ClassVar[str] = "seat"
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns the place of the one who sits on it."""
+        return [(0.0, 0.0, 0.0)]
 
     def pieces(self) -> Sequence[Piece]:
         """Returns seat, legs and back."""
@@ -48,6 +58,11 @@ class Bench(Furniture):
 
     size: Extents = (0.4, 1.5)
     height: Height = 0.45
+    use: ClassVar[str] = "seat"
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns the places of those who sit on it."""
+        return self.along(0.0, 0.0, 0.6)
 
     def pieces(self) -> Sequence[Piece]:
         """Returns the seat and two supports."""
@@ -73,6 +88,15 @@ class Sofa(Furniture):
 
     size: Extents = (0.85, 1.9)
     height: Height = 0.8
+    use: ClassVar[str] = "seat"
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns the places of those who sit on it, between the arms."""
+        # (The arms have the room of a third one.)
+        return [
+            (0.06 * self.size[0], 0.8 * y, yaw)
+            for x, y, yaw in self.along(0.0, 0.0, 0.75)
+        ]
 
     def pieces(self) -> Sequence[Piece]:
         """Returns base, cushions, back and arms."""
@@ -101,6 +125,11 @@ class Bed(Furniture):
 
     size: Extents = (2.05, 1.0)
     height: Height = 0.9
+    use: ClassVar[str] = "bed"
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns the place of the hips of the one who lies in it."""
+        return [(-0.05 * self.size[0], 0.0, 0.0)]
 
     def pieces(self) -> Sequence[Piece]:
         """Returns frame, mattress, blanket, pillow, headboard and legs."""
@@ -189,6 +218,11 @@ class Counter(Furniture):
 
     size: Extents = (0.6, 2.0)
     height: Height = 1.05
+    use: ClassVar[str] = "counter"
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns where the first of the queue stands, on the side of +x."""
+        return [(self.size[0] / 2 + _BEFORE, 0.0, np.pi)]
 
     def pieces(self) -> Sequence[Piece]:
         """Returns plinth, body and top."""
@@ -213,6 +247,11 @@ class Shelf(Furniture):
 
     size: Extents = (0.4, 1.6)
     height: Height = 1.8
+    use: ClassVar[str] = "shelf"
+
+    def spots(self) -> Sequence[Spot]:
+        """Returns where people take things from it, on the side of +x."""
+        return self.along(self.size[0] / 2 + _BEFORE, np.pi, 0.8)
 
     def pieces(self) -> Sequence[Piece]:
         """Returns sides, back, boards, and the things on them."""

@@ -1,9 +1,13 @@
+import dataclasses
+import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from hunav_drake.runs.result_files import LoadResults
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
@@ -226,3 +230,76 @@ def test_metrics_show_of_an_unknown_name(hunav):
     code, out, err = hunav("metrics", "show", "social_wok")
     assert (code, out) == (2, "")
     assert "did you mean 'social_work'" in err
+
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+
+
+def test_situations_of_a_recording_of_another_program(hunav):
+    code, out, err = hunav("situations", DATA / "situations_crossing.csv.gz")
+    assert code == 0
+    assert "The walls are unknown" in err
+    heads = [it.split() for it in out.splitlines() if "label" in it]
+    assert heads[0][:3] == ["label", "share", "(%)"]
+    assert heads[1][:5] == ["label", "begin", "(s)", "end", "(s)"]
+    shares = words(out.partition("\n\n")[0])
+    assert shares["cross_path"][:3] == ["29.38", "29.38", "1"]
+    code, out, err = hunav(
+        "situations", DATA / "situations_crossing.csv.gz", "--csv"
+    )
+    assert (code, err) == (0, "")
+    frame = pd.read_csv(io.StringIO(out))
+    assert set(frame["label"]) >= {"empty", "cross_path"}
+    assert (frame["end"] - frame["begin"] >= 0.5 - 1e-6).all()
+
+
+def test_situations_of_several_robots(hunav, recording):
+    first = Recording.load(recording)
+    robots = dataclasses.replace(
+        first,
+        robot_name="a",
+        others=(dataclasses.replace(first, robot_name="b"),),
+    )
+    robots.save(recording)
+    code, out, err = hunav("situations", recording)
+    assert (code, err) == (0, "")
+    assert [it.split()[:2] for it in out.splitlines() if it] == [
+        *(["robot", "label"], ["a", "empty"], ["a", "standing"]),
+        *(["b", "empty"], ["b", "standing"]),
+        *(["robot", "label"], ["a", "standing"], ["a", "empty"]),
+        *(["b", "standing"], ["b", "empty"]),
+    ]
+    _, out, _ = hunav("situations", recording, "--csv")
+    assert (
+        pd.read_csv(io.StringIO(out))["robot"].tolist() == ["a"] * 2 + ["b"] * 2
+    )
+
+
+@pytest.mark.parametrize("text", ["", "time,agent,x,y\n0,human,0,0\n"])
+def test_situations_of_what_is_no_recording(hunav, tmp_path, text):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    code, out, err = hunav("situations", path)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"hunav: {path}: ")
+    assert err.count("\n") == 1
+
+
+def test_evaluate_by_situation(hunav, recording, tmp_path):
+    told = hunav("evaluate", recording)[1]
+    assert "[" not in told
+    code, out, _ = hunav(
+        *("evaluate", recording, "--situations", "--out", tmp_path / "out")
+    )
+    assert code == 0
+    table = words(out)
+    assert out.startswith(told)
+    assert table["path_length[standing]"] == ["1.30", "m"]
+    assert table["time_share[standing]"] == ["0.675"]
+    runs = ReadRuns(tmp_path / "out")
+    assert runs.attrs["units"]["path_length[standing]"] == "m"
+    assert runs.attrs["families"]["path_length[standing]"] == "situations"
+    (again,) = LoadResults(tmp_path / "out")
+    assert again.metrics["path_length[standing]"] == pytest.approx(1.3)
+    assert not [it for it in again.by_behavior.columns if "[" in it]
+    assert hunav("report", tmp_path / "out")[0] == 0

@@ -71,7 +71,8 @@ def test_a_trial_is_told_in_full(tmp_path):
     assert re.search(r"path_length ↓ 4.00 m ", text)
     assert re.search("luis scared \N{EN DASH} 0.900 3.00 0", text)
     assert "all people regular scared unit" in text
-    assert html.count("<svg") == 5
+    assert html.count("<svg") == 6
+    assert "empty 3.8 3.8 0 0 standing 96.2 96.2 1 3.85" in text
     assert "Watch the replay" not in html
 
 

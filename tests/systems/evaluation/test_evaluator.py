@@ -117,6 +117,7 @@ def test_ports_and_their_sizes():
         "goal": 3,
         "replay": 6,
         "trigger": 1,
+        "social_signals": 44,
     }
     assert dut.get_behavior_status_input_port().size() == 2
     assert dut.get_goal_input_port().size() == 3

@@ -22,7 +22,12 @@ from hunav_drake.systems.scene.overlays.costmaps import (
     ShowCostmap,
 )
 from hunav_drake.systems.scene.overlays.publisher import spread
-from hunav_drake.systems.scene.overlays.tags import tag_picture, tag_text
+from hunav_drake.systems.scene.overlays.tags import (
+    CALM,
+    REACTING,
+    tag_picture,
+    tag_text,
+)
 from hunav_drake.systems.scene.palette import TOPS
 from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS
 from hunav_drake.systems.world.maps.cost_picture import cost_colors
@@ -386,7 +391,7 @@ def test_tags_tell_name_behavior_and_activity():
     text = tag_text("ana", "curious", "reacts")
     assert [part in text for part in ("ana", "curious", "reacts")] == [True] * 3
     assert len(tag_text("x" * 90, "regular")) <= 40
-    calm, reacting = (tag_picture(text, reacts) for reacts in (False, True))
+    calm, reacting = (tag_picture(text, it) for it in (CALM, REACTING))
     assert calm.size == reacting.size
     middle = (calm.width // 2, 2)
     assert calm.getpixel(middle) != reacting.getpixel(middle)

@@ -1,0 +1,144 @@
+"""The places that furniture brings: chairs are seats, counters have a queue."""
+
+from collections.abc import Sequence
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+
+from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.people.places import (
+    PLACE_TYPES,
+    Place,
+    complete_places,
+)
+from hunav_drake.systems.world.furniture.base import Furniture, Spot
+from hunav_drake.systems.world.obstacles import Obstacles, inside, nearest_wall
+from hunav_drake.systems.world.shapes import World
+
+# People stand this far from the edge of a seat before they sit down, and where
+# nothing is nearer than the second distance, in meters.
+_BESIDE, _ROOM = 0.42, 0.28
+
+# Sides of a seat and of a bed from which people sit down, the best one first: 0
+# is in front; in radians.
+_SIDES = {
+    "seat": (0.0, -math.pi / 2, math.pi / 2, math.pi),
+    "bed": (-math.pi / 2, math.pi / 2, 0.0),
+}
+
+# A seat this near to where one works at a desk, in meters, facing it within the
+# angle, in radians, is a workplace.
+_AT_DESK, _FACING = 0.75, 0.8
+
+
+def with_furniture(places: Sequence[Place], world: World) -> list[Place]:
+    """Returns places, and those that the furniture of a world brings.
+
+    Chairs, benches and sofas are seats, a chair at a desk is a workplace, beds
+    are beds, counters have a queue, and shelves are shelves. Each has the name
+    of its piece of furniture, by default "chair_1", "chair_2", ... in order.
+    What nobody can reach, between walls, is none.
+
+    Args:
+        places: Other places; what has one of their names is left out.
+        world: The world.
+
+    Returns:
+        All of them, with names and numbers: those of furniture come last.
+
+    Raises:
+        ValueError: As `complete_places`.
+    """
+    listed = complete_places(places)
+    names, numbers = {it.name for it in listed}, {it.id for it in listed}
+    free = (k for k in itertools.count(1) if k not in numbers)
+    found = [it for it in _places_of(world) if it.name not in names]
+    return [*listed, *(dataclasses.replace(it, id=next(free)) for it in found)]
+
+
+def _places_of(world: World) -> list[Place]:
+    counts: dict[str, int] = {}
+    found = []
+    for it in world.furniture:
+        kind = name_of(it)
+        counts[kind] = counts.get(kind, 0) + 1
+        if it.use:
+            found.append((it.name or f"{kind}_{counts[kind]}", it))
+    if not found:
+        return []
+    obstacles = world.obstacles()
+    desks = [
+        _in_world(desk, (desk.size[0] / 2, 0.0, math.pi))
+        for desk in world.furniture
+        if name_of(desk) == "desk"
+    ]
+    places = [_place(name, it, obstacles, desks) for name, it in found]
+    return [it for it in places if it is not None]
+
+
+def _place(
+    name: str, it: Furniture, obstacles: Obstacles, desks: Sequence[Spot]
+) -> Place | None:
+    """Returns the place of a piece of furniture, if anybody can get there."""
+    sits = it.use in _SIDES
+    slots, approaches = [], []
+    for spot in it.spots():
+        x, y, _ = pose = _in_world(it, spot)
+        ways = _ways(it, spot) if sits else [(x, y)]
+        way = next((p for p in ways if _is_free(obstacles, p)), None)
+        if way is not None:
+            slots.append(pose)
+            approaches.append(way)
+    if not slots:
+        return None
+    kind = next(kind for kind in PLACE_TYPES if kind == it.use)
+    works = any(_is_at(slots[0], desk) for desk in desks)
+    return Place(
+        name=name,
+        type="workplace" if it.use == "seat" and works else kind,
+        pose=slots[0],
+        slots=slots,
+        approaches=approaches if sits else [],
+    )
+
+
+def _in_world(it: Furniture, spot: Spot) -> Spot:
+    """Returns a pose in the frame of furniture as one in W."""
+    c, s = math.cos(it.yaw), math.sin(it.yaw)
+    x, y, yaw = spot
+    return (
+        it.center[0] + c * x - s * y,
+        it.center[1] + s * x + c * y,
+        math.remainder(it.yaw + yaw, 2 * math.pi),
+    )
+
+
+def _ways(it: Furniture, spot: Spot) -> list[tuple[float, float]]:
+    """Returns where people may stand beside a seat, the best first, in W."""
+    ways = []
+    half = np.array(it.size) / 2
+    for side in _SIDES[it.use]:
+        along = np.array([math.cos(side), math.sin(side)]).round()
+        x, y = spot[:2]
+        # Beyond the edge on that side.
+        reach = float(half @ abs(along) - along @ [x, y]) + _BESIDE
+        x, y, _ = _in_world(it, (x + reach * along[0], y + reach * along[1], 0))
+        ways.append((x, y))
+    return ways
+
+
+def _is_free(obstacles: Obstacles, point: tuple[float, float]) -> bool:
+    """Returns whether people can stand at a point in W."""
+    if inside(obstacles, point).any():
+        return False
+    away = np.subtract(nearest_wall(obstacles, point), point)
+    return bool(np.hypot(*away) >= _ROOM)
+
+
+def _is_at(seat: Spot, desk: Spot) -> bool:
+    """Returns whether a seat is where one sits at a desk."""
+    away = math.hypot(seat[0] - desk[0], seat[1] - desk[1])
+    turn = math.remainder(seat[2] - desk[2], 2 * math.pi)
+    return away <= _AT_DESK and abs(turn) <= _FACING

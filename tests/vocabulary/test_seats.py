@@ -1,0 +1,227 @@
+"""Seats and beds on furniture: sitting down, sitting, standing up."""
+
+import json
+import math
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+import pytest
+
+from hunav_drake import (
+    LoadContext,
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    SaveContext,
+    ScenarioError,
+)
+from hunav_drake.systems.common.layout import (
+    SIGNAL_SIZE,
+    STATE_SIZE,
+    Posture,
+    Signal,
+)
+from hunav_drake.systems.people.furniture_places import with_furniture
+from hunav_drake.systems.people.places import Place
+from hunav_drake.systems.world.obstacles import inside
+from tests.vocabulary.stage import STAND, Stage, someone, tree
+
+CHAIR = {"type": "chair", "center": [0, 0]}
+SIT = '<UsePlace name="it" place="chair_1" seconds="5"/>'
+
+
+def scenario(people, furniture, **more):
+    data = {
+        "world": {"furniture": furniture},
+        "humans": people,
+        "robot": {"start": [-8, -8, 0], "goal": [-8, 8, 1.5]},
+        "planner": {"type": "pursuit"},
+        "simulation": {"duration": 30.0},
+    }
+    return LoadScenario(data=json.dumps(data | more))
+
+
+def world(*furniture):
+    robot = {"start": [-90, 0, 0]}
+    data = {"world": {"furniture": furniture}, "robot": robot}
+    return LoadScenario(data=json.dumps(data), ways=False).world
+
+
+def seated(stage):
+    return stage.signals[:, Signal.POSTURE] == Posture.SEATED
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.0, -2.5])
+def test_a_person_sits_down_on_a_chair_and_stands_up_in_a_second_each(yaw):
+    c, s = math.cos(yaw), math.sin(yaw)
+    place = world(CHAIR | {"yaw": yaw})
+    nodes = f"<RunOnce>{SIT}</RunOnce>"
+    goal = (3 * c, 3 * s)
+    person = someone(2 * c - s, 2 * s + c, 0, nodes, goals=[goal])
+    stage = Stage([person], obstacles=place)
+    times, down, on = [], [], []
+    walls = place.obstacles()
+    for t in stage.run(20.0):
+        x, y, heading, vx, vy = stage.states[0, :5]
+        if seated(stage)[0]:
+            down.append(t)
+            # It turns its back to the chair before.
+            assert math.remainder(heading - yaw, math.tau) == pytest.approx(
+                0, abs=0.06
+            )
+        if math.hypot(x, y) < 0.021:
+            on.append(t)
+            assert math.hypot(vx, vy) < 1e-9 or len(on) < 3
+        if inside(walls, [(x, y)]).any():
+            times.append(t)
+    # A second down, 5 s on it, a second up.
+    assert on[0] - down[0] == pytest.approx(1.0, abs=0.11)
+    assert down[-1] - on[0] == pytest.approx(5.0, abs=0.11)
+    # (The edge is a third of the way from the chair's middle.)
+    assert times[-1] - times[0] == pytest.approx(5.0 + 2 / 3, abs=0.3)
+    assert math.dist(stage.states[0, :2], goal) < 0.5
+
+
+def test_who_is_interrupted_stands_up_before_anything_else():
+    nodes = (
+        '<Sequence><TimeDelay delay="6"><AlwaysSuccess/></TimeDelay>'
+        "<RegularNav/></Sequence>"
+        '<UsePlace name="it" place="chair_1" seconds="60"/>'
+    )
+    place = world(CHAIR)
+    stage = Stage([someone(2, 0.5, 0, nodes, goals=[(0, 5)])], obstacles=place)
+    walls = place.obstacles()
+    before = stage.states[0, :2]
+    seen = False
+    for _ in stage.run(15.0):
+        now = stage.states[0, :2]
+        # Nobody jumps.
+        assert math.dist(before, now) < 0.08
+        before = now
+        seen = seen or bool(inside(walls, [now]).any())
+    assert seen
+    assert math.dist(before, (0, 5)) < 0.5
+
+
+def test_people_who_start_on_seats_sit_and_nobody_else_may_start_there():
+    furniture = [CHAIR, CHAIR | {"center": [2, 0]}]
+    people = [
+        {"pose": [x, 0, 0], "behavior": tree('<UsePlace kind="seat"/>')}
+        for x in (0.0, 2.0)
+    ]
+    trial = scenario(people, furniture)
+    diagram = MakeTrialDiagram(trial)
+    simulator = MakeTrialSimulator(diagram)
+    for k in range(1, 60):
+        simulator.AdvanceTo(0.05 * k)
+        states = diagram.GetOutputPort("human_states").Eval(
+            simulator.get_context()
+        )
+        at = states.reshape(-1, STATE_SIZE)[:, :2]
+        assert at == pytest.approx(np.array([[0, 0], [2, 0]]), abs=1e-9)
+    shown = diagram.GetOutputPort("social_signals").Eval(
+        simulator.get_context()
+    )
+    postures = shown.reshape(-1, SIGNAL_SIZE)[:, Signal.POSTURE]
+    assert postures.tolist() == [Posture.SEATED] * 2
+    table = {"type": "table", "center": [0, 0]}
+    with pytest.raises(ScenarioError, match="inside"):
+        scenario(people, [table])
+
+
+def test_who_walks_by_makes_way_for_who_sits():
+    place = world(CHAIR)
+    people = [
+        someone(0, 0, 0, '<UsePlace place="chair_1" seconds="99"/>'),
+        someone(0.3, -4, 1.57, goals=[(0.3, 4)]),
+    ]
+    stage = Stage(people, obstacles=place)
+    nearest = math.inf
+    for _ in stage.run(12.0):
+        nearest = min(nearest, stage.distance(0, 1))
+        assert stage.states[0, :2] == pytest.approx([0, 0], abs=1e-9)
+    assert nearest > 0.5
+    assert stage.states[1, 1] > 3.5
+
+
+def test_sitting_goes_on_in_a_fork_bit_for_bit(tmp_path):
+    people = [
+        {"pose": [2, 1, 0], "behavior": tree(f"<RunOnce>{SIT}</RunOnce>")},
+        {"pose": [2, -1, 0], "goals": [[-3, 0.2]]},
+    ]
+    trial = scenario(people, [CHAIR])
+    diagram = MakeTrialDiagram(trial)
+    simulator = MakeTrialSimulator(diagram)
+    files = []
+    for k, time in enumerate(np.linspace(1.0, 11.0, 11)):
+        simulator.AdvanceTo(time)
+        file = tmp_path / f"{k}.npz"
+        files.append(SaveContext(diagram, simulator.get_context(), file))
+    simulator.AdvanceTo(14.0)
+    end = SaveContext(diagram, simulator.get_context(), tmp_path / "end.npz")
+    for file in files:
+        forked = Simulator(diagram, LoadContext(diagram, file))
+        forked.AdvanceTo(14.0)
+        again = SaveContext(diagram, forked.get_context(), tmp_path / "f.npz")
+        one, other = np.load(end), np.load(again)
+        assert one.files == other.files
+        for name in one.files:
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_a_patient_lies_in_bed():
+    place = world({"type": "bed", "center": [0, 0]})
+    person = someone(2, 3, 0, '<UsePlace kind="bed"/>', rest=STAND)
+    stage = Stage([person], obstacles=place)
+    for _ in stage.run(10.0):
+        pass
+    assert stage.signal(0, Signal.POSTURE) == Posture.LYING
+    assert stage.states[0, :3] == pytest.approx([-0.1, 0, 0], abs=0.06)
+
+
+def test_furniture_brings_places():
+    furniture = [
+        CHAIR | {"center": [2, 0]},
+        {"type": "desk", "center": [0, 4], "yaw": 0.0},
+        CHAIR | {"center": [0.85, 4], "yaw": math.pi},
+        CHAIR | {"center": [5, 5], "name": "throne"},
+        {"type": "counter", "center": [0, -4], "yaw": math.pi / 2},
+        {"type": "sofa", "center": [6, 0]},
+        {"type": "bench", "center": [-4, 0]},
+        {"type": "shelf", "center": [-4, 4]},
+        {"type": "plant", "center": [4, -4]},
+    ]
+    found = with_furniture([Place(name="x", pose=(9, 9, 0))], world(*furniture))
+    types = {it.name: (it.id, it.type, len(it.slots)) for it in found}
+    assert types == {
+        "x": (1, "point", 0),
+        "chair_1": (2, "seat", 1),
+        "chair_2": (3, "workplace", 1),
+        "throne": (4, "seat", 1),
+        "counter_1": (5, "counter", 1),
+        "sofa_1": (6, "seat", 2),
+        "bench_1": (7, "seat", 2),
+        "shelf_1": (8, "shelf", 2),
+    }
+    places = {it.name: it for it in found}
+    assert places["counter_1"].slots[0] == pytest.approx(
+        [0, -3.25, -math.pi / 2]
+    )
+    # One stands beside the chair where there is room.
+    assert places["chair_1"].approaches[0] == pytest.approx([2.645, 0])
+    assert places["chair_2"].approaches[0] == pytest.approx([0.85, 4.645])
+
+
+def test_a_chair_between_walls_is_no_seat():
+    boxes = [
+        {"type": "table", "center": it, "size": [1, 1]}
+        for it in ([1.1, 0], [-1.1, 0], [0, 1.1], [0, -1.1])
+    ]
+    assert with_furniture([], world(CHAIR, *boxes)) == []
+    with pytest.raises(ScenarioError, match="there is no place 'chair_1'"):
+        scenario([{"pose": [3, 3, 0], "behavior": tree(SIT)}], [CHAIR, *boxes])
+
+
+def test_bad_approaches_are_told():
+    with pytest.raises(ValueError, match="one for each slot"):
+        Place(pose=(0, 0, 0), slots=[(0, 0, 0)], approaches=[(1, 1), (2, 2)])
