@@ -1,6 +1,6 @@
 """The motion of people who are placed: who sit down, sit and stand up."""
 
-import numpy as np
+import math
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
@@ -17,6 +17,9 @@ from hunav_drake.systems.common.layout import (
 )
 
 _HOLD, _PLACED = int(Command.HOLD), float(Hold.PLACED)
+_GOAL_X, _GOAL_Y = int(Command.GOAL_X), int(Command.GOAL_Y)
+_SPEED, _TURN_RATE = int(Command.DESIRED_SPEED), int(Command.TURN_RATE)
+_YAW_TARGET = int(Command.YAW_TARGET)
 
 
 @jit
@@ -28,6 +31,7 @@ def any_placed(command: Array) -> bool:
     return False
 
 
+@jit
 def place(states: Array, command: Array, time_step: float) -> Array:
     """Returns the next states (n, 6) of people who are placed.
 
@@ -37,16 +41,20 @@ def place(states: Array, command: Array, time_step: float) -> Array:
         time_step: In seconds.
     """
     after = states.copy()
-    way = command[:, [Command.GOAL_X, Command.GOAL_Y]] - states[:, [X, Y]]
-    left = np.hypot(*way.T)
-    reach = command[:, Command.DESIRED_SPEED] * time_step
-    part = np.minimum(reach / np.maximum(left, 1e-12), 1.0)
-    after[:, [X, Y]] += part[:, None] * way
-    after[:, [VX, VY]] = part[:, None] * way / time_step
-    turn = command[:, Command.YAW_TARGET] - states[:, YAW]
-    turn = (turn + np.pi) % (2 * np.pi) - np.pi
-    most = command[:, Command.TURN_RATE] * time_step
-    turn = np.clip(turn, -most, most)
-    after[:, YAW] += turn
-    after[:, OMEGA] = turn / time_step
+    for i in range(len(states)):
+        dx = command[i, _GOAL_X] - states[i, X]
+        dy = command[i, _GOAL_Y] - states[i, Y]
+        left = math.hypot(dx, dy)
+        reach = command[i, _SPEED] * time_step
+        part = min(reach / max(left, 1e-12), 1.0)
+        after[i, X] += part * dx
+        after[i, Y] += part * dy
+        after[i, VX] = part * dx / time_step
+        after[i, VY] = part * dy / time_step
+        turn = command[i, _YAW_TARGET] - states[i, YAW]
+        turn -= 2 * math.pi * round(turn / (2 * math.pi))
+        most = command[i, _TURN_RATE] * time_step
+        turn = min(max(turn, -most), most)
+        after[i, YAW] += turn
+        after[i, OMEGA] = turn / time_step
     return after

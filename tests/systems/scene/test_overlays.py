@@ -11,10 +11,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
+from hunav_drake.systems.common.layout import SILENT, Activity, Signal
 from hunav_drake.systems.people import gait
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
-from hunav_drake.systems.scene import AddScene, SceneConfig
+from hunav_drake.systems.scene import AddScene, SceneConfig, SceneInputs
 from hunav_drake.systems.scene.human_body import disc_height
 from hunav_drake.systems.scene.overlays import board as mut
 from hunav_drake.systems.scene.overlays.costmaps import (
@@ -25,6 +26,7 @@ from hunav_drake.systems.scene.overlays.publisher import spread
 from hunav_drake.systems.scene.overlays.tags import (
     CALM,
     REACTING,
+    WORDS,
     tag_picture,
     tag_text,
 )
@@ -123,7 +125,10 @@ def run(meshcat, *, seconds=0.3, states=STATES, config=None, **inputs):
         ROBOT,
         meshcat=meshcat,
         config=config,
-        scan_angles=inputs.pop("scan_angles", None),
+        inputs=SceneInputs(
+            scan_angles=inputs.pop("scan_angles", None),
+            sayings=inputs.pop("sayings", None),
+        ),
     )
     for i in range(ports.system.num_input_ports()):
         port = ports.system.get_input_port(i)
@@ -153,6 +158,52 @@ def test_the_scenario_says_what_is_shown_to_begin_with(meshcat, monkeypatch):
     assert dut.last(f"{mut.FIGURES}/robot_goal") is True
     for path in ("ana/base/overlay_rings/2", "bo/base/overlay_names/0"):
         assert meshcat.HasPath(f"{mut.FIGURES}/{path}")
+
+
+def test_bubbles_tell_what_people_say(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    sayings = [{5.0: "good morning", 7.0: "good night"}, {}]
+    signals = np.tile(SILENT, (2, 1))
+    signals[0, Signal.UTTERANCE] = 7.0
+    # (What nobody has a text for is not told.)
+    signals[1, Signal.UTTERANCE] = 9.0
+    run(meshcat, sayings=sayings, social_signals=signals.ravel())
+    bubbles = f"{mut.FIGURES}/ana/base/overlay_speech"
+    assert [dut.last(f"{bubbles}/{k}") for k in range(2)] == [False, True]
+    assert dut.last(bubbles) is True
+    assert not meshcat.HasPath(f"{mut.FIGURES}/bo/base/overlay_speech")
+    dut.told.clear()
+    run(meshcat, sayings=sayings)
+    assert not any(
+        value
+        for (path, _), told in dut.told.items()
+        if path.startswith(f"{bubbles}/")
+        for _, value in told
+    )
+
+
+def test_tags_tell_what_people_do_with_each_other(meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    signals = np.tile(SILENT, (2, 1))
+    # Ana walks there still; Bo sits, which is no reaction to the robot.
+    signals[:, Signal.ACTIVITY] = Activity.SIT
+    run(
+        meshcat,
+        behavior_status=[1.0, 1.0],
+        sayings=[{}, {}],
+        social_signals=signals.ravel(),
+    )
+    words = [*mut.ACTIVITIES, *WORDS.values()]
+    shown = {
+        name: [
+            word
+            for k, word in enumerate(words)
+            if dut.last(f"{mut.FIGURES}/{name}/base/overlay_names/{k}")
+        ]
+        for name in ("ana", "bo")
+    }
+    assert shown == {"ana": [""], "bo": ["sits"]}
+    assert not dut.last(f"{mut.FIGURES}/bo/base/overlay_reactions/0")
 
 
 def test_who_reacts_has_a_sign_and_another_tag(meshcat, monkeypatch):
