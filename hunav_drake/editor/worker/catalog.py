@@ -9,7 +9,12 @@ from hunav_drake.scenario.json_schema import (
     described_schema,
     scenario_json_schema,
 )
-from hunav_drake.systems.behavior import BEHAVIORS, LoadTree, RenderBehaviorTree
+from hunav_drake.systems.behavior import (
+    ACTIVITIES,
+    BEHAVIORS,
+    LoadTree,
+    RenderBehaviorTree,
+)
 from hunav_drake.systems.behavior.port_words import port_entries
 from hunav_drake.systems.behavior.tree import Tree
 from hunav_drake.systems.common.registry import Registry
@@ -48,7 +53,7 @@ def behavior_entries() -> list[dict[str, Any]]:
     """Returns the behaviors of people."""
     return [
         behavior_entry(name, LoadTree(name), _COLORS.get(name, _GRAY))
-        for name in BEHAVIORS
+        for name in (*BEHAVIORS, *ACTIVITIES)
     ]
 
 
@@ -112,6 +117,6 @@ def _choices(base: Any) -> list[dict[str, Any]]:
 
 def _letters(name: str) -> str:
     """Returns one letter, or two if another behavior has the same."""
-    others = [other for other in BEHAVIORS if other != name]
+    others = [it for it in (*BEHAVIORS, *ACTIVITIES) if it != name]
     is_first = any(other[:1] == name[:1] for other in others)
     return name[: 1 + is_first].capitalize()
