@@ -47,6 +47,7 @@ ALLOWED = {
     "X_WM @ X_MB": POSES,
     "X_WL @ inspector.GetPoseInFrame(geometry) @ box.pose()": POSES,
     "X_above @ X": POSES,
+    "X @ _placement(it, self._members).inverse()": POSES,
     "X_WM @ model.pose()[0]": POSES,
     "frames.pose_of(link.name).inverse() @ X_MG": POSES,
     "X_WM @ _placement(model, model).inverse()": POSES,

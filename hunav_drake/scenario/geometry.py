@@ -16,6 +16,7 @@ from hunav_drake.scenario.reachability import FreeSpace, nearest_in
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.people.furniture_places import with_furniture
+from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.robot.robots import PhysicalRobot
 from hunav_drake.systems.world.shapes import Polygon, Polyline, World, apart
@@ -254,9 +255,24 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
     seats = _seats(scenario)
     for found in _check_spots(scenario, spots):
         kind, row, key = found.loc[0], found.loc[1], found.loc[-1]
-        sits = kind == "humans" and key == "pose"
-        if not sits or not _is_near(scenario.humans[int(row)].pose, seats()):
-            yield found
+        if kind == "humans" and key == "pose":
+            human = scenario.humans[int(row)]
+            if _is_near(human.pose, seats()) and _may_sit(scenario, human):
+                continue
+        yield found
+
+
+def _may_sit(scenario: Scenario, human: HumanConfig) -> bool:
+    """Returns whether the tree of a person uses places."""
+    from hunav_drake.systems.behavior import BehaviorTreeError, LoadBehavior
+
+    profile = scenario.crowd.profile
+    try:
+        tree = LoadBehavior(human.behavior, profile=profile)
+    except BehaviorTreeError:
+        # (That is told by itself.)
+        return True
+    return any(it.type.name == "UsePlace" for it in tree.nodes)
 
 
 def _seats(scenario: Scenario) -> Callable[[], list[tuple[float, float]]]:

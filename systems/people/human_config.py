@@ -53,7 +53,7 @@ class NeedConfig:
     """Level at the start."""
 
     rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 1.0
-    """Loss of level, per second."""
+    """Loss of level per second, in 1/s."""
 
 
 @plain_errors

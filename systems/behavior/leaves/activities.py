@@ -291,9 +291,11 @@ def use_place(
             return RUNNING
     else:
         sx, sy, _ = pose_of(tick, at)
+        if not settle(tick, ax, ay):
+            return RUNNING
         if kind_there == _SCREEN:
             look_at(tick, AT_POINT, sx, sy)
-        if not settle(tick, ax, ay) or not _turn(tick, yaw):
+        if not _turn(tick, yaw):
             return RUNNING
         if posture != 0:
             memory[SEAT] = row + 1.0

@@ -235,6 +235,7 @@ def test_a_behavior_that_is_not_available_is_told_when_it_is_loaded(
     import hunav_drake.systems.behavior as behavior
 
     monkeypatch.setattr(behavior, "BEHAVIORS", {"regular": None})
+    monkeypatch.setattr(behavior, "ACTIVITIES", {})
     file = write(AGENTS)
     assert ImportAgents(file).humans[1].behavior == "impassive"
     with pytest.raises(ScenarioError) as info:
