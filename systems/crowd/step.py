@@ -12,12 +12,14 @@ from hunav_drake.systems.common.arrays import Mask
 from hunav_drake.systems.common.layout import (
     FORCES_SIZE,
     MOTION_SIZE,
+    RADIUS,
     STATE_SIZE,
     TOUCH_SIZE,
     VX,
     VY,
     Command,
     Hold,
+    X,
     Y,
 )
 from hunav_drake.systems.common.registry import name_of
@@ -359,9 +361,9 @@ class CrowdStep:
             ~given & (snapshot.command[:, Command.HOLD] == Hold.PLACED)
         )
         if len(placed):
-            after[placed] = place(
-                after[placed], snapshot.command[placed], time_step
-            )
+            people = np.column_stack([after[:, : Y + 1], self._bodies.radii])
+            bodies = np.vstack([people, robots[:, [X, Y, RADIUS]]])
+            after = place(after, snapshot.command, bodies, time_step)
             rows = after[placed], self._bodies.radii[placed]
             nexts = np.vstack([nexts, np.column_stack(rows)])
             given = given.copy()

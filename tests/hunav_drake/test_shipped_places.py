@@ -28,6 +28,7 @@ def test_nobody_is_in_furniture_or_in_another_body(name):
         # (Those who sit are in their chairs, also on the way down and up.)
         sits = shown[:, :, Signal.ACTIVITY] == Activity.SIT
         sits[1:] |= sits[:-1]
+        sits[0] = sits[1]
     for rows, seated in zip(
         recording.humans[::step], sits[::step], strict=True
     ):

@@ -62,6 +62,7 @@ AHEAD, AT_POINT = -1.0, -2.0
 # (Compiled code knows them as numbers.)
 _GAZE, _X, _Y = int(Signal.GAZE), int(Signal.GAZE_X), int(Signal.GAZE_Y)
 _STAND, _PLACED = float(Hold.STAND), float(Hold.PLACED)
+_SITS = float(Activity.SIT)
 _POSTURE, _STANDING = int(Signal.POSTURE), float(Posture.STANDING)
 _SILENT = np.array(SILENT)
 _SAID, _TO = int(Signal.UTTERANCE), int(Signal.TO)
@@ -344,6 +345,8 @@ def _sit(tick, memory):
         x, y = ax, ay
         if own[_PLACE] < 0:
             # (The seat is not free yet.)
+            if own[_ACTIVITY] == 0:
+                own[_ACTIVITY] = _SITS
             own[_PLACE] = place
             own[_SLOT] = number
             own[_SINCE] = before[_SINCE]
