@@ -95,7 +95,7 @@ def test_a_fork_goes_on_bit_for_bit(name, tmp_path):
 @pytest.mark.parametrize("planner", PLANNERS)
 @pytest.mark.parametrize("name", PLACES)
 def test_planners_drive_through(name, planner):
-    """All seeds run; `docs/social_signals.md` tells how many arrive."""
+    """Robots arrive, or are stuck among people: nothing else ends a trial."""
     trial = LoadScenario(filename=name, overrides=[f"planner.type={planner}"])
     for seed in range(2):
         result = RunTrial(trial, seed)
