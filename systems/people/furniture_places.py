@@ -123,7 +123,8 @@ def _ways(it: Furniture, spot: Spot) -> list[tuple[float, float]]:
         along = np.array([math.cos(side), math.sin(side)]).round()
         x, y = spot[:2]
         # Beyond the edge on that side.
-        reach = float(half @ abs(along) - along @ [x, y]) + _BESIDE
+        reach = abs(along[0]) * half[0] + abs(along[1]) * half[1]
+        reach += _BESIDE - along[0] * x - along[1] * y
         x, y, _ = _in_world(it, (x + reach * along[0], y + reach * along[1], 0))
         ways.append((x, y))
     return ways

@@ -203,7 +203,8 @@ def _hull_corners(triangles: Array) -> Array | None:
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
     # (What is seen from outside counts, and of two sides of a face one.)
-    away = triangles.mean(axis=1) @ normals.T + offsets
+    middle = triangles.mean(axis=1)
+    away = sum(middle[:, k, None] * normals[:, k] for k in range(3)) + offsets
     seen = (corners * normals[away.argmax(axis=1)]).sum(axis=1) / 2
     area = max(seen[seen > 0].sum(), -seen[seen < 0].sum())
     if area < max(0.9 * hull.area, hull.area - _MISSING):
