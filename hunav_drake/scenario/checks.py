@@ -36,6 +36,7 @@ from hunav_drake.systems.people.behavior_choice import (
 )
 from hunav_drake.systems.people.furniture_places import with_furniture
 from hunav_drake.systems.people.human_config import STAND_IN, HumanConfig
+from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.places import Place, complete_places
 from hunav_drake.systems.people.profile import ProfileName
@@ -463,15 +464,15 @@ def _numbers(scenario: Scenario) -> dict[Loc, list[int]]:
     for kind in ("cohorts", "sources"):
         for i, it in enumerate(getattr(population, kind)):
             counts["population", kind, i] = it.number
-    given = {it.id for it in scenario.humans}
-    free = (it for it in itertools.count(1) if it not in given)
-    result: dict[Loc, list[int]] = {
-        ("humans", i): [next(free) if it.id is None else it.id]
-        for i, it in enumerate(scenario.humans)
+    drawn = [HumanConfig(pose=STAND_IN)] * sum(counts.values())
+    ids = iter(people_ids([*scenario.humans, *drawn]))
+    listed: dict[Loc, int] = {
+        ("humans", i): 1 for i in range(len(scenario.humans))
     }
-    for loc, count in counts.items():
-        result[loc] = list(itertools.islice(free, count))
-    return result
+    return {
+        loc: list(itertools.islice(ids, count))
+        for loc, count in (listed | counts).items()
+    }
 
 
 def check_place_names(scenario: Scenario) -> Iterator[Finding]:

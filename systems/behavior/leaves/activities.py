@@ -22,10 +22,10 @@ from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
 from hunav_drake.systems.behavior.leaves.social_ports import PlaceName, Seconds
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, ROLES, Role
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
+    is_before,
     look_at,
     num_bodies,
     number_of,
@@ -44,7 +44,7 @@ from hunav_drake.systems.behavior.nodes.status import (
     SUCCESS,
     NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.tick import PLACE_SIZE, Tick
+from hunav_drake.systems.behavior.nodes.tick import Tick, place_at
 from hunav_drake.systems.behavior.nodes.tick_context import SEAT
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
@@ -77,14 +77,9 @@ _OFF, _ROOM, _SLOWLY = 1.5, 0.3, 0.6
 
 
 @jit_inline
-def _row(tick, place):
-    return numbers_at(tick.places + 8 * PLACE_SIZE * place)
-
-
-@jit_inline
 def _slot_row(tick, place, slot):
     """Returns the row of a slot of a place."""
-    return np.int64(_row(tick, place)[8]) + np.int64(slot)
+    return np.int64(place_at(tick, place)[8]) + np.int64(slot)
 
 
 @jit_inline
@@ -101,23 +96,14 @@ def _turn(tick, yaw):
     return abs(wrapped(yaw - tick.yaw)) <= _FACING
 
 
-@jit_inline
-def is_before(tick, index, since):
-    """Returns whether the claim of a person is before the own one."""
-    begun = signal_of(tick, index)[_SINCE]
-    return begun < since or (
-        begun == since and number_of(tick, index) < number_of(tick, tick.index)
-    )
-
-
 @jit_part
 def _rank(tick, place, since):
     """Returns how many people are before the person in a queue."""
-    rank = 0
+    rank, number = 0, number_of(tick, tick.index)
     for i in range(num_bodies(tick)):
         signal = signal_of(tick, i)
         is_in = signal[_ACTIVITY] == _QUEUE and signal[_PLACE] == place
-        rank += i != tick.index and is_in and is_before(tick, i, since)
+        rank += i != tick.index and is_in and is_before(tick, i, since, number)
     return rank
 
 
@@ -149,7 +135,7 @@ def queue(
         return FAILURE
     tick.robot_role = ROLES[int(robot)]
     x, y, yaw = pose_of(tick, row)
-    spacing, seconds = _row(tick, row)[5], _row(tick, row)[6]
+    spacing, seconds = place_at(tick, row)[5], place_at(tick, row)[6]
     before = signal_of(tick, tick.index)
     begins = own[1] == 0
     is_shown = before[_ACTIVITY] == _QUEUE and before[_PLACE] == row
@@ -179,7 +165,7 @@ def queue(
 @jit_inline
 def _activity(tick, place):
     """Returns the activity of those who use a place."""
-    kind = np.int64(_row(tick, place)[7])
+    kind = np.int64(place_at(tick, place)[7])
     if kind in (_SEAT, _BED):
         return _SIT
     return _WATCH if kind == _SCREEN else _USE
@@ -196,11 +182,12 @@ def _posture(kind):
 @jit_part
 def _is_claimed(tick, place, slot, since):
     """Returns whether another one's claim of a slot is before the own one."""
+    number = number_of(tick, tick.index)
     for i in range(num_bodies(tick)):
         signal = signal_of(tick, i)
         if i == tick.index or signal[_PLACE] != place or signal[_SLOT] != slot:
             continue
-        if is_before(tick, i, since):
+        if is_before(tick, i, since, number):
             return True
     return False
 
@@ -211,9 +198,9 @@ def _choose(tick, own, place, kind):
     nearest = math.inf
     own[2] = 0.0
     for p in range(tick.num_places):
-        if p != place and (place >= 0 or _row(tick, p)[7] != kind):
+        if p != place and (place >= 0 or place_at(tick, p)[7] != kind):
             continue
-        for s in range(np.int64(_row(tick, p)[9])):
+        for s in range(np.int64(place_at(tick, p)[9])):
             it = slot_at(tick, _slot_row(tick, p, s))
             away = min(_away(tick, it[0], it[1]), _away(tick, it[3], it[4]))
             if away < nearest and not _is_claimed(tick, p, s, math.inf):
@@ -228,7 +215,7 @@ def _holds(tick, own):
     place, slot = np.int64(own[2]) - 1, own[3]
     if not 0 <= place < tick.num_places:
         return False
-    if not 0 <= slot < _row(tick, place)[9]:
+    if not 0 <= slot < place_at(tick, place)[9]:
         return False
     before = signal_of(tick, tick.index)
     is_shown = before[_PLACE] == place and before[_SLOT] == slot
@@ -278,7 +265,7 @@ def use_place(
     row = _slot_row(tick, at, slot)
     x, y, yaw, ax, ay, _, _ = slot_at(tick, row)
     show_activity(tick, _activity(tick, at), at, slot)
-    kind_there = np.int64(_row(tick, at)[7])
+    kind_there = np.int64(place_at(tick, at)[7])
     posture = _posture(kind_there)
     signal = own_signal(tick)
     memory = social_memory(tick)
@@ -305,7 +292,7 @@ def use_place(
     own[0] += 1
     own[1] = 0.0
     if seconds == 0:
-        seconds = _row(tick, at)[6]
+        seconds = place_at(tick, at)[6]
     if steps_reach(own[0], tick.time_step, seconds):
         own[0] = 0.0
         own[2] = 0.0
@@ -327,12 +314,11 @@ def _wait(tick, own, place, patience):
         stand(tick)
         return RUNNING
     nearest, sx, sy = math.inf, 0.0, 0.0
-    for k in range(np.int64(_row(tick, place)[9])):
+    for k in range(np.int64(place_at(tick, place)[9])):
         it = slot_at(tick, _slot_row(tick, place, k))
-        x, y = it[3], it[4]
-        away = math.hypot(x - tick.x, y - tick.y)
+        away = _away(tick, it[3], it[4])
         if away < nearest:
-            nearest, sx, sy = away, x, y
+            nearest, sx, sy = away, it[3], it[4]
     if 0 < nearest < _OFF - _ROOM:
         # (Whoever has the slot needs the room.)
         part = _OFF / nearest

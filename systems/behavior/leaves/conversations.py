@@ -29,6 +29,7 @@ from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     body_at,
+    is_before,
     look_at,
     num_bodies,
     number_of,
@@ -120,9 +121,8 @@ def _count(tick, host):
 @jit_inline
 def _is_before(tick, one, other):
     """Returns whether a body's activity began before that of another."""
-    begun, since = signal_of(tick, one)[_SINCE], signal_of(tick, other)[_SINCE]
-    earlier = number_of(tick, one) < number_of(tick, other)
-    return begun < since or (begun == since and earlier)
+    since = signal_of(tick, other)[_SINCE]
+    return is_before(tick, one, since, number_of(tick, other))
 
 
 @jit_part

@@ -2,7 +2,6 @@
 
 import math
 
-from hunav_drake.systems.behavior.leaves.activities import is_before
 from hunav_drake.systems.behavior.leaves.pacing import (
     PortDistance,
     face,
@@ -13,10 +12,10 @@ from hunav_drake.systems.behavior.leaves.social_ports import DoorName, Seconds
 from hunav_drake.systems.behavior.leaves.spots import free_way
 from hunav_drake.systems.behavior.leaves.walking import IGNORED, Role, act
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
-from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     body_at,
+    is_before,
     look_at,
     num_bodies,
     number_of,
@@ -32,10 +31,10 @@ from hunav_drake.systems.behavior.nodes.status import (
     NodeStatus,
 )
 from hunav_drake.systems.behavior.nodes.tick import (
-    PLACE_SIZE,
     Tick,
     goal_of,
     has_goal,
+    place_at,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
@@ -78,7 +77,7 @@ def _first(tick, door, pose, side, zone, past, before):
 
     Whoever did `before` still does until it has come through.
     """
-    width = numbers_at(tick.places + 8 * PLACE_SIZE * door)[5]
+    width = place_at(tick, door)[5]
     mine = math.hypot(tick.x - pose[0], tick.y - pose[1])
     for i in range(num_bodies(tick)):
         it = body_at(tick, i)
@@ -173,10 +172,10 @@ def give_way_at_door(
 @jit_part
 def _rank(tick, door, pose, side, since):
     """Returns how many wait on this side of a door since before."""
-    rank = 0
+    rank, number = 0, number_of(tick, tick.index)
     for i in range(tick.num_humans):
         it = body_at(tick, i)
         here = _in_frame(it.x - pose[0], it.y - pose[1], pose, side)[0] > 0
         is_other = i != tick.index and here and _waits(tick, i, door)
-        rank += is_other and is_before(tick, i, since)
+        rank += is_other and is_before(tick, i, since, number)
     return rank

@@ -14,10 +14,10 @@ from hunav_drake.systems.behavior.nodes.status import (
     NodeStatus,
 )
 from hunav_drake.systems.behavior.nodes.tick import (
-    PLACE_SIZE,
     Tick,
     aim,
     has_goal,
+    place_at,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import (
     LATER_PLACES,
@@ -99,7 +99,7 @@ def set_random_goal(
 @jit_inline
 def _may_be_drawn(tick, place, kind):
     """Returns whether a place is another one, and of a type."""
-    row = numbers_at(tick.places + 8 * PLACE_SIZE * place)
+    row = place_at(tick, place)
     away = math.hypot(row[2] - tick.x, row[3] - tick.y)
     is_another = tick.goal_place != place + 1
     return is_another and row[7] == kind and away > tick.reach + GOAL_MARGIN

@@ -6,6 +6,7 @@ from hunav_drake.systems.behavior.leaves.pacing import face, settle, stand
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
     body_at,
+    is_before,
     look_at,
     num_bodies,
     number_of,
@@ -60,9 +61,8 @@ def host_of(tick):
         it = body_at(tick, i)
         if math.hypot(it.x - tick.x, it.y - tick.y) > READABLE:
             continue
-        begun = signal[_SINCE]
-        if begun < since or (begun == since and number_of(tick, i) < number):
-            found, since, number = i, begun, number_of(tick, i)
+        if is_before(tick, i, since, number):
+            found, since, number = i, signal[_SINCE], number_of(tick, i)
     return found
 
 

@@ -15,10 +15,10 @@ from hunav_drake.systems.behavior.nodes.pointers import (
 )
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.tick import (
-    PLACE_SIZE,
     SLOT_SIZE,
     aim,
     human_at,
+    place_at,
     robot_at,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import (
@@ -147,11 +147,21 @@ def notice(tick, index):
         tick.noticed = index - tick.num_humans
 
 
+@jit_inline
+def is_before(tick, index, since, number):
+    """Returns whether what a body does began before something else.
+
+    Of two who begin at once, the one with the lower number is the first.
+    """
+    begun = signal_of(tick, index)[_SINCE]
+    return begun < since or (begun == since and number_of(tick, index) < number)
+
+
 @jit_part
 def place_of(tick, code):
     """Returns the row of a place, by its `place_code`, or -1."""
     for i in range(tick.num_places):
-        row = numbers_at(tick.places + 8 * PLACE_SIZE * i)
+        row = place_at(tick, i)
         if row[0] == code or row[1] == code:
             return i
     return -1
@@ -160,7 +170,7 @@ def place_of(tick, code):
 @jit_inline
 def pose_of(tick, place):
     """Returns the pose (x, y, yaw) of a place in W."""
-    row = numbers_at(tick.places + 8 * PLACE_SIZE * place)
+    row = place_at(tick, place)
     return row[2], row[3], row[4]
 
 
@@ -337,7 +347,8 @@ def _sit(tick, memory):
     """
     slot = np.int64(memory[SEAT]) - 1
     own, before = own_signal(tick), signal_of(tick, tick.index)
-    x, y, yaw, ax, ay, place, number = slot_at(tick, slot)
+    sx, sy, yaw, ax, ay, place, number = slot_at(tick, slot)
+    x, y = sx, sy
     if own[_POSTURE] == _STANDING:
         if math.hypot(ax - tick.x, ay - tick.y) < _UP:
             memory[SEAT] = 0.0
@@ -350,7 +361,6 @@ def _sit(tick, memory):
             own[_PLACE] = place
             own[_SLOT] = number
             own[_SINCE] = before[_SINCE]
-    sx, sy = slot_at(tick, slot)[:2]
     tick.hold = _PLACED
     tick.goal_x = x
     tick.goal_y = y

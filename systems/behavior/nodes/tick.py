@@ -113,6 +113,12 @@ def command_to(tick, goal):
 
 
 @jit_inline
+def place_at(tick, row):
+    """Returns the numbers of a place, by its row: see `PLACE_SIZE`."""
+    return numbers_at(tick.places + 8 * PLACE_SIZE * row)
+
+
+@jit_inline
 def has_goal(tick):
     """Returns whether there is a goal to walk to."""
     return tick.goal < tick.num_goals or tick.goal_place > 0
@@ -123,7 +129,7 @@ def goal_of(tick):
     """Returns the current goal in W, in meters; there must be one."""
     if tick.goal_place > 0:
         # (After its two codes.)
-        place = numbers_at(tick.places + 8 * PLACE_SIZE * (tick.goal_place - 1))
+        place = place_at(tick, tick.goal_place - 1)
         return place[2], place[3]
     command = command_to(tick, tick.goal)
     return command[0], command[1]
