@@ -31,6 +31,7 @@ from hunav_drake.systems.common.layout import (
     SIGNAL_SIZE,
     SILENT,
     STATE_SIZE,
+    WHO,
     Signal,
 )
 from hunav_drake.systems.common.ports import (
@@ -44,9 +45,6 @@ from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.people.places import complete_places
 from hunav_drake.systems.world.obstacles import Obstacles
-
-# The elements of a signal that tell whom it is about.
-_WHO = (Signal.TO, Signal.GAZE, Signal.HOST)
 
 # The seed in the memory of a tree with social leaves.
 _SEED = slice(len(PERSON_MEMORY) + SEED, len(PERSON_MEMORY) + SEED + 2)
@@ -285,13 +283,13 @@ class BehaviorTree(LeafSystem):
         """
         rows = np.asarray(signals, dtype=float).reshape(-1, SIGNAL_SIZE)
         bodies = self._num_humans + self._num_robots
-        for which in (*_WHO, *range(Signal.PARTNER_1, Signal.PARTNER_6 + 1)):
+        for which in WHO:
             least = -2 if which == Signal.GAZE else -1
             codes = rows[:, which]
             bad = ~((codes >= least) & (codes < bodies) & (codes % 1 == 0))
             if bad.any():
                 raise ValueError(
-                    f"{Signal(which).name} must be a whole number in"
+                    f"{which.name} must be a whole number in"
                     f" [{least}, {bodies}), got {codes[bad][0]}"
                 )
         if not np.isfinite(rows).all():

@@ -226,12 +226,21 @@ def _check_people(
 def _named(
     tree: _HasNodes, meaning: Meaning
 ) -> Iterator[tuple[Node, str, tuple[Any, ...]]]:
-    """Yields the constants of ports that name something, with their nodes."""
+    """Yields the constants of ports that name something, with their nodes.
+
+    A default names nobody, and nor does an empty text at or under a node with
+    conditions, which may skip it.
+    """
+    skipped: set[int] = set()
     for node in tree.nodes:
+        if node.conditions is not None or id(node) in skipped:
+            skipped |= {id(node), *map(id, node.children)}
         for name, value in node.ports.items():
-            if node.type.ports[name].meaning is not meaning:
+            port = node.type.ports[name]
+            if port.meaning is not meaning or not isinstance(value, Constant):
                 continue
-            if isinstance(value, Constant) and value.value not in (-1, ""):
-                several = meaning is Meaning.PEOPLE
-                given = value.value
-                yield node, name, people_of(given) if several else (given,)
+            given = value.value
+            if given == port.default or (given == "" and id(node) in skipped):
+                continue
+            several = meaning is Meaning.PEOPLE
+            yield node, name, people_of(given) if several else (given,)

@@ -203,6 +203,12 @@ class Signal(IntEnum):
 
 SIGNAL_SIZE = len(Signal)
 
+# The elements of a signal that tell whom it is about, by row codes.
+WHO: tuple[Signal, ...] = (
+    *(Signal.TO, Signal.GAZE, Signal.HOST),
+    *map(Signal, range(Signal.PARTNER_1, Signal.PARTNER_6 + 1)),
+)
+
 SILENT = tuple(
     -1.0
     if it in (Signal.TO, Signal.GAZE, Signal.PLACE, Signal.SLOT, Signal.HOST)

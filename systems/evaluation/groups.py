@@ -74,7 +74,9 @@ def groups_by_signals(humans: Array, signals: Array) -> Groups:
     keys, label = np.unique(sample * span + host, return_inverse=True)
     places = humans[sample, person, : Y + 1]
     center = _means(places, label, len(keys))
-    by_person = keys % span < n
+    # (A host who is interrupted shows no center.)
+    by_person = np.zeros(len(keys), dtype=np.bool_)
+    by_person[label[told == person]] = True
     center[by_person] = signals[
         keys[by_person] // span,
         keys[by_person] % span,

@@ -8,7 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from hunav_drake.systems.common.layout import Contact, X, Y
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import WHO, Contact, X, Y
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.evaluation import recording_file
 from hunav_drake.systems.evaluation.encounter_features import EncounterFeatures
@@ -28,6 +29,19 @@ _PER_SAMPLE = (
     *("contacts", "wall_contact", "told_velocities", "replay"),
     "social_signals",
 )
+
+
+def _with_rows(signals: Array, rows: Sequence[int]) -> Array:
+    """Returns signals, (..., 22), in which only some row codes are left.
+
+    These become 0, 1, ... in order; others become -1, for nobody.
+    """
+    told = signals[..., WHO].astype(np.int64)
+    codes = np.full(max(int(told.max(initial=0)), *rows) + 1, -1)
+    codes[rows] = np.arange(len(rows))
+    result = signals.copy()
+    result[..., WHO] = np.where(told < 0, told, codes[told])
+    return result
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -168,6 +182,11 @@ class Recording(RecordedArrays):
         for name in ("contacts", "replay", "social_signals"):
             if values[name] is not None:
                 values[name] = values[name][:, chosen]
+        if values["social_signals"] is not None:
+            robots = [self.num_humans + k for k in range(len(self.robots))]
+            values["social_signals"] = _with_rows(
+                values["social_signals"], [*chosen, *robots]
+            )
         rows = [0, *(1 + i for i in chosen)]
         for name in ("nearest_walls", "told_velocities"):
             if values[name] is not None:

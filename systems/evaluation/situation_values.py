@@ -48,7 +48,7 @@ _COUNTED = (
 def situation_values(
     recording: Recording, found: Evaluation
 ) -> dict[str, tuple[float, dict[str, str]]]:
-    """Returns metrics on the samples of each label that ever holds.
+    """Returns metrics on the samples of each label that ever holds, and shares.
 
     `path_length[passing]` is the sum of the series of `path_length` over the
     samples of the label "passing": what the value of the metric is made of,
@@ -72,14 +72,14 @@ def situation_values(
         series = _series(situations.recording, found, prefix)
         shares = situations.shares()
         for label in LABELS:
-            mask = situations.flags[label]
-            if not mask.any():
-                continue
             for name, (column, unit) in _OF_LABELS.items():
                 value = float(shares.loc[label, column])
                 key = f"{prefix}{name}[{label}]"
                 values[key] = value, _facts(unit, "none")
-            for name, (numbers, reduced) in series.items():
+            mask = situations.flags[label]
+            for name, (numbers, reduced) in (
+                series.items() if mask.any() else ()
+            ):
                 metric = METRICS[name]
                 facts = _facts(metric.unit, metric.direction)
                 value = float(reduced(numbers[mask]))

@@ -154,11 +154,16 @@ def FindSituations(
         ValueError: If there is no such robot, or the doors have another shape.
     """
     code, part = _robot_of(recording, robot)
-    centers = np.asarray(doors, dtype=float)
+    try:
+        centers = np.asarray(doors, dtype=float)
+    except ValueError as error:
+        raise ValueError(f"doors: must be numbers: {error}") from error
     if centers.size and (centers.ndim != 2 or centers.shape[1] != 2):
         raise ValueError(
             f"doors: must have the shape (k, 2), got {centers.shape}"
         )
+    if not np.isfinite(centers).all():
+        raise ValueError(f"doors: must be finite, got {centers.tolist()}")
     signals = recording.social_signals
     if signals is not None:
         signals = signals[: len(part)]

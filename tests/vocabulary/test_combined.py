@@ -492,3 +492,23 @@ def test_needs_begin_anew_when_somebody_comes_in():
                 below[i] = below[i] or t
     assert since[1] > 1
     assert np.subtract(below, since) == pytest.approx([10, 10], abs=0.11)
+
+
+@pytest.mark.parametrize(
+    "node",
+    [
+        '<GoTo goal_id=""/>',
+        '<Queue place=""/>',
+        '<LookAtAgent target_id="-1"/>',
+    ],
+)
+def test_an_empty_name_is_told(node):
+    with pytest.raises(BehaviorTreeError, match=r"there is no|nobody has"):
+        Stage([someone(0, 0, nodes=node)])
+
+
+def test_an_empty_name_may_stand_where_it_is_skipped():
+    skipped = '<Sequence _skipIf="true"><GoTo goal_id=""/></Sequence>'
+    nodes = f"<Fallback>{skipped}<AlwaysSuccess/></Fallback>"
+    stage = Stage([someone(0, 0, nodes=nodes)])
+    stage.step()

@@ -232,7 +232,7 @@ def _talk(tick, own, seconds, room, patience, waits, ends):
         if _is_host(tick, host):
             own[3] = shown[_X]
             own[4] = shown[_Y]
-        elif shown[_HOST] == host and shown[_ACTIVITY] == TALK:
+        elif shown[_HOST] == host and shown[_OPEN] == 0:
             # (It has ended the circle.)
             return _leave(own)
     x, y = own[3], own[4]
@@ -302,7 +302,8 @@ def converse(
 
     Its time counts while two or more are in their places; then the person
     leaves, and the others go on, unless they are to `leave` with the host. The
-    action fails if nobody comes for `patience`.
+    action fails if nobody comes for `patience`, and where the person finds a
+    full circle at the same place.
     """
     if own[2] == 0:
         reach = _RADIUS + _MORE

@@ -89,7 +89,8 @@ def accompany_robot(
     hx, hy = course(it)
     if own[2] == 0:
         own[2] = _side(tick, it, int(side), spacing)
-    nx, ny = -own[2] * hy, own[2] * hx
+    lx, ly = _left(it)
+    nx, ny = own[2] * lx, own[2] * ly
     reach = free_way(tick, it.x, it.y, nx, ny, spacing, 0.0)
     fast = speed_of(it)
     before = ahead + _AHEAD * fast
@@ -111,17 +112,25 @@ def accompany_robot(
 
 
 @jit_inline
+def _left(it):
+    """Returns the left of a robot's course, or of its reverse when it backs."""
+    hx, hy = course(it)
+    backs = hx * math.cos(it.yaw) + hy * math.sin(it.yaw) < 0
+    return (hy, -hx) if backs else (-hy, hx)
+
+
+@jit_inline
 def _side(tick, it, side, spacing):
     """Returns the side of a robot to walk on: 1 is the left, -1 the right."""
     if side > 0:
         return 1.0 if side == 1 else -1.0
-    hx, hy = course(it)
+    lx, ly = _left(it)
     reach = spacing + tick.radius
-    left = free_way(tick, it.x, it.y, -hy, hx, reach, 0.0)
-    right = free_way(tick, it.x, it.y, hy, -hx, reach, 0.0)
+    left = free_way(tick, it.x, it.y, lx, ly, reach, 0.0)
+    right = free_way(tick, it.x, it.y, -lx, -ly, reach, 0.0)
     if left != right:
         return 1.0 if left > right else -1.0
-    return 1.0 if hx * (tick.y - it.y) >= hy * (tick.x - it.x) else -1.0
+    return 1.0 if lx * (tick.x - it.x) + ly * (tick.y - it.y) >= 0 else -1.0
 
 
 @jit_inline

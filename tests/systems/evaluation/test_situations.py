@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from hunav_drake import FindSituations, LoadScenario, ReadRecording, RunTrial
-from hunav_drake.systems.common.layout import Activity, Signal
+from hunav_drake.systems.common.layout import SILENT, Activity, Signal
 from hunav_drake.systems.evaluation import METRICS
 from hunav_drake.systems.evaluation.compute import evaluate
 from hunav_drake.systems.evaluation.groups import (
     groups_by_geometry,
     groups_by_signals,
 )
+from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situation_labels import (
     DOWN_PATHS,
     LABELS,
@@ -285,7 +286,7 @@ def test_37_sums_and_counts_add_up():
     run = RunTrial(LoadScenario(filename="crossing"), 0)
     values = situation_values(run.recording, evaluate(run.recording))
     situations = FindSituations(run.recording)
-    labels = [it for it in LABELS if f"time_share[{it}]" in values]
+    labels = [it for it in LABELS if f"path_length[{it}]" in values]
     assert sum(situations.flags[it].astype(int) for it in labels).max() == 1
     for name in ("path_length", "robot_on_person_collisions", "social_work"):
         parts = [values[f"{name}[{label}]"][0] for label in labels]
@@ -665,3 +666,30 @@ def test_an_open_circle_is_told_from_when_two_stand_in_it():
     assert len(shown.sample) > 20
     np.testing.assert_allclose(shown.radius, 0.82, atol=0.4)
     np.testing.assert_allclose(shown.radius[-1], 0.82, atol=0.12)
+
+
+def test_people_of_one_behavior_keep_whom_they_are_with():
+    """Row codes in signals are those of the people who are left."""
+    shown = np.tile(SILENT, (1, 4, 1))
+    # Those in rows 0, 2 and 3 talk; the host is in row 2. One looks at row 1.
+    for i in (0, 2, 3):
+        shown[0, i, Signal.ACTIVITY] = Activity.CONVERSATION
+        shown[0, i, Signal.HOST] = 2
+    shown[0, 2, Signal.PARTNER_1 : Signal.PARTNER_3] = 0, 3
+    shown[0, 0, Signal.GAZE], shown[0, 3, Signal.GAZE] = 1, 4
+    humans = np.zeros((1, 4, 7))
+    humans[0, :, 0] = range(4)
+    humans[0, :, 6] = 0.3
+    whole = Recording(
+        times=[0.0],
+        robot=np.array([[9.0, 0, 0, 0, 0, 0, 0.3]]),
+        humans=humans,
+        behaviors=("a", "b", "a", "a"),
+        social_signals=shown,
+    )
+    part = whole.only("a").social_signals[0]
+    assert part[:, Signal.HOST].tolist() == [1, 1, 1]
+    assert part[1, Signal.PARTNER_1 : Signal.PARTNER_3].tolist() == [0, 2]
+    # Who is left out is nobody; the robot comes after the three.
+    assert part[:, Signal.GAZE].tolist() == [-1, -1, 3]
+    assert whole.social_signals[0, 0, Signal.GAZE] == 1

@@ -9,7 +9,12 @@ from hunav_drake.editor.worker.catalog import (
     make_catalog,
     metric_entries,
 )
-from hunav_drake.systems.behavior import BEHAVIORS, CheckBehavior, ParseTree
+from hunav_drake.systems.behavior import (
+    ACTIVITIES,
+    BEHAVIORS,
+    CheckBehavior,
+    ParseTree,
+)
 from hunav_drake.systems.evaluation.metrics import METRICS, select_metrics
 from hunav_drake.systems.people.behavior_choice import BehaviorConfig
 
@@ -25,9 +30,12 @@ def test_it_is_plain_data(catalog):
 
 def test_all_behaviors_are_told_apart(catalog):
     entries = catalog["behaviors"]
-    assert [it["name"] for it in entries] == list(BEHAVIORS)
-    for key in ("color", "letter"):
-        assert len({it[key] for it in entries}) == len(BEHAVIORS)
+    assert [it["name"] for it in entries] == [*BEHAVIORS, *ACTIVITIES]
+    assert len({it["letter"] for it in entries}) == len(entries)
+    # (Activities are gray, as trees of people's own are.)
+    colors = [it["color"] for it in entries]
+    assert len(set(colors[: len(BEHAVIORS)])) == len(BEHAVIORS)
+    assert len(set(colors[len(BEHAVIORS) :])) == 1
     assert all(len(it["help"]) > 20 for it in entries)
 
 
