@@ -36,7 +36,7 @@ from hunav_drake.systems.crowd.motion_model import (
     Snapshot,
     checked,
 )
-from hunav_drake.systems.crowd.placed import any_placed, place
+from hunav_drake.systems.crowd.placed import any_placed, keep_placed, place
 from hunav_drake.systems.crowd.social_force.hash_order import hash_order
 from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -216,13 +216,15 @@ class CrowdStep:
         The arguments are vectors with the rows of those there; the result is
         one with the rows of the fields of `Stepped`.
         """
-        if self._compiled is None or any_placed(command):
+        if self._compiled is None:
             return None
         eased = _OWN
         if not self._adaptation.is_idle(robots):
+            given = command
             command, eased = self._adaptation.adapt(
                 states, command, robots, parameters
             )
+            keep_placed(command, given)
             if not len(eased):
                 return None
         step, *constants = self._compiled
@@ -267,16 +269,14 @@ class CrowdStep:
             *(values.ravel(), plain(command).ravel()),
             *(plain(robots).ravel(), parameters.ravel()),
         )
+        keep_placed(wanted, plain(command).ravel())
         wanted = wanted.reshape(command.shape)
         if self._time_gap > 0:
             wanted, eased = keep_time_gap(
                 *(values, self._bodies.radii, wanted, parameters, eased),
                 *(self._time_gap, self._speed_matching, self._passing_speed),
             )
-        placed = plain(command)[:, Command.HOLD] == Hold.PLACED
-        if placed.any():
-            # (They plan no way.)
-            wanted[placed] = plain(command)[placed]
+            keep_placed(wanted.ravel(), plain(command).ravel())
         eased.setflags(write=False)
         # (A waypoint does not move when people or goals do.)
         command = changed_to(command, wanted)

@@ -31,6 +31,11 @@ from hunav_drake.systems.crowd.bodies.finish import Options, finish
 from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.bodies.time_gap import follow
 from hunav_drake.systems.crowd.limits import is_within
+from hunav_drake.systems.crowd.placed import (
+    any_placed,
+    finish_others,
+    keep_placed,
+)
 from hunav_drake.systems.crowd.social_force.kernel import (
     advance,
     fast_social_forces,
@@ -140,6 +145,7 @@ def begin(states_of_all, commands, robot_states, weights, eased, sizes, p):
             *(states, bodies, wanted, parameters, felt),
             *(p.time_gap, p.matching, p.passing),
         )
+    keep_placed(wanted.ravel(), commands)
     return Begun(
         *(states, command, wanted, parameters, robots, radii, felt),
         *(pairs, known, holds),
@@ -158,16 +164,21 @@ def end(begun, forces, after, stances, sizes, table, p):
     if not math.isfinite(total):
         return np.empty(0)
     stance = rows_of(stances, STANCE_SIZE).copy()
-    after, touches = finish(
-        *(begun.states, after, forces, begun.wanted, stance, begun.robots),
-        *(sizes, table),
-        Options(
-            *(p.standing, p.keep_apart),
-            *(p.acceleration, p.turn_rate, p.walled),
-        ),
-        *(p.time_step, int(p.iterations)),
-        *(begun.pairs, begun.known),
+    options = Options(
+        *(p.standing, p.keep_apart), *(p.acceleration, p.turn_rate, p.walled)
     )
+    if any_placed(begun.wanted.ravel()):
+        after, touches = finish_others(
+            *(begun.states, after, forces, begun.wanted, stance),
+            *(begun.robots, sizes, table, options),
+            *(p.time_step, int(p.iterations)),
+        )
+    else:
+        after, touches = finish(
+            *(begun.states, after, forces, begun.wanted, stance),
+            *(begun.robots, sizes, table, options),
+            *(p.time_step, int(p.iterations), begun.pairs, begun.known),
+        )
     result = np.empty(after.size + stance.size + touches.size)
     at = 0
     for rows in (after, stance, touches):

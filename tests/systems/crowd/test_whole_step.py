@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hunav_drake.systems.common.layout import Command, Hold
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.crowd.bodies.pairs import near_pairs
 from hunav_drake.systems.crowd.step import CrowdStep
@@ -21,10 +22,16 @@ WALLS = World(
 ).obstacles()
 
 
-def both_ways(config, walls, n, m, seed, *, spread=2.0):
-    """Returns a step by `take`, and part by part; each states and stances."""
+def both_ways(config, walls, n, m, seed, *, spread=2.0, placed=()):
+    """Returns a step by `take`, and part by part; each states and stances.
+
+    Some people, by their rows, sit down: they are placed.
+    """
     rng = np.random.default_rng(seed)
     given = random_snapshot(rng, n, m, walls=walls, spread=spread)
+    placed = [i for i in placed if i < n]
+    given.command[placed, Command.HOLD] = Hold.PLACED
+    given.command[placed, Command.DESIRED_SPEED] = 1.0
     dut = CrowdStep(
         [HumanConfig(pose=(0, 0, 0))] * n,
         obstacles=walls,
@@ -68,6 +75,16 @@ def test_one_call_gives_the_same_bits(config, walls, n, m):
     for seed in range(3):
         whole, parts = both_ways(config, walls, n, m, seed)
         for got, expected in zip(whole, parts, strict=True):
+            np.testing.assert_array_equal(got, expected)
+
+
+@pytest.mark.parametrize("config", [{}, FREE, {"model": HUNAVSIM}])
+@pytest.mark.parametrize("walls", [NO_WALLS, WALLS], ids=["open", "walls"])
+@pytest.mark.parametrize(("n", "m"), [(1, 0), (1, 1), (5, 2), (60, 1)])
+def test_one_call_gives_the_same_bits_where_people_sit(config, walls, n, m):
+    for seed, placed in enumerate([(0, 2, 3, 20, 40, 59), range(60)]):
+        both = both_ways(config, walls, n, m, seed, placed=placed)
+        for got, expected in zip(*both, strict=True):
             np.testing.assert_array_equal(got, expected)
 
 
