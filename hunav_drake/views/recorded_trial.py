@@ -75,7 +75,7 @@ class RecordedTrial:
     def Activities(self, time: float) -> list[str]:
         """Returns what each person does at a time, in a word, if anything."""
         signals = self.recording.social_signals
-        row = None if signals is None else signals[self._Last(time)]
+        row = None if signals is None else self.Signals(time)
         return calm_activities(row, self.recording.num_humans)
 
     def Signals(self, time: float) -> Array:
@@ -83,7 +83,9 @@ class RecordedTrial:
         signals = self.recording.social_signals
         if signals is None:
             return np.tile(SILENT, (self.recording.num_humans, 1))
-        rows: Array = signals[self._Last(time)]
+        # (Before the first tick nobody has shown anything, not even that they
+        # sit.)
+        rows: Array = signals[max(self._Last(time), min(1, len(signals) - 1))]
         return rows
 
     def Says(self, time: float) -> list[str]:

@@ -34,7 +34,10 @@ BEHAVIORS: Mapping[str, Path] = MappingProxyType(
 ACTIVITIES: Mapping[str, Path] = MappingProxyType(
     {
         name: _ACTIVITIES / f"{name}.xml"
-        for name in ("sit", "queue", "errands", "talk", "chat", "guide")
+        for name in (
+            *("sit", "queue", "errands", "dine"),
+            *("talk", "chat", "guide"),
+        )
     }
 )
 

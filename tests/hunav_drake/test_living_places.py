@@ -1,4 +1,4 @@
-"""The shipped places where people shop, look, sit and leave."""
+"""The shipped places where people sit, queue, talk, look and leave."""
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -14,8 +14,19 @@ from hunav_drake import (
 )
 from hunav_drake.systems.common.layout import Activity, Posture, Signal
 from hunav_drake.systems.world.obstacles import inside
+from tests.walkers import seated
 
-PLACES = ("supermarket", "museum", "lecture_hall_exit")
+PLACES = {
+    "supermarket": {Activity.USE, Activity.QUEUE},
+    "museum": {Activity.WATCH, Activity.SIT, Activity.CONVERSATION},
+    "lecture_hall_exit": {Activity.SIT},
+    "living_cafe": {Activity.QUEUE, Activity.SIT, Activity.CONVERSATION},
+    "living_house": {Activity.USE, Activity.SIT, Activity.WATCH},
+    "office": {Activity.USE, Activity.QUEUE, Activity.SIT}
+    | {Activity.CONVERSATION},
+    "hospital": {Activity.WATCH, Activity.QUEUE, Activity.SIT},
+    "station": {Activity.QUEUE, Activity.SIT},
+}
 PLANNERS = ("pursuit", "dwb", "scl", "sfw", "orca", "mppi", "sfm")
 
 
@@ -29,12 +40,7 @@ def test_people_do_what_the_place_is_for(run):
     trial, result = run
     shown = result.recording.social_signals
     activities = set(shown[:, :, Signal.ACTIVITY].ravel().tolist())
-    expected = {
-        "supermarket": {Activity.USE, Activity.QUEUE},
-        "museum": {Activity.WATCH, Activity.SIT, Activity.CONVERSATION},
-        "lecture_hall_exit": {Activity.SIT},
-    }
-    assert activities >= expected[trial.name]
+    assert activities >= PLACES[trial.name]
     assert result.end_reason == "goal"
 
 
@@ -42,11 +48,7 @@ def test_nobody_is_in_a_wall_but_on_a_seat(run):
     trial, result = run
     recording = result.recording
     within = inside(trial.world.obstacles(), recording.humans[:, :, :2])
-    # (Also on the way down and up.)
-    near = recording.social_signals[:, :, Signal.ACTIVITY] == Activity.SIT
-    near[1:] |= near[:-1]
-    # (At first, nobody has shown anything yet.)
-    assert not (within.any(axis=2) & ~near)[1:].any()
+    assert not (within.any(axis=2) & ~seated(recording)).any()
 
 
 def test_nobody_jumps_or_turns_for_ever(run):
@@ -54,7 +56,8 @@ def test_nobody_jumps_or_turns_for_ever(run):
     humans = result.recording.humans
     period = np.diff(result.recording.times)[:, None]
     steps = np.hypot(*np.moveaxis(np.diff(humans[:, :, :2], axis=0), 2, 0))
-    assert (steps <= 2.0 * period + 1e-9).all()
+    # (Some come and go.)
+    assert (np.nan_to_num(steps) <= 2.0 * period + 1e-9).all()
     # Half of a turn to and fro in the end: nobody spins where they stand.
     tail = humans[-100:]
     turned = np.abs(np.diff(np.unwrap(tail[:, :, 2], axis=0), axis=0)).sum(0)
@@ -97,7 +100,6 @@ def test_a_fork_goes_on_bit_for_bit(name, tmp_path):
 def test_planners_drive_through(name, planner):
     """Robots arrive, or are stuck among people: nothing else ends a trial."""
     trial = LoadScenario(filename=name, overrides=[f"planner.type={planner}"])
-    for seed in range(2):
-        result = RunTrial(trial, seed)
-        assert np.isfinite(result.recording.robot).all()
-        assert result.end_reason in ("goal", "timeout", "stuck")
+    result = RunTrial(trial, 1)
+    assert np.isfinite(result.recording.robot).all()
+    assert result.end_reason in ("goal", "timeout", "stuck")

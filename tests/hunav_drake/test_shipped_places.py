@@ -8,8 +8,8 @@ import pytest
 
 from hunav_drake import ListScenarios, LoadScenario, RunTrial
 from hunav_drake.scenario import draw_people
-from hunav_drake.systems.common.layout import Activity, Signal
 from hunav_drake.systems.world.obstacles import inside
+from tests.walkers import seated
 
 # Bodies may touch, in meters.
 TOUCH = 1e-3
@@ -22,20 +22,14 @@ def test_nobody_is_in_furniture_or_in_another_body(name):
     recording = RunTrial(scenario).recording
     radii = np.array([h.contact_radius for h in draw_people(scenario)])
     step = max(round(0.1 / np.diff(recording.times).min()), 1)
-    shown = recording.social_signals
-    sits = np.zeros(recording.humans.shape[:2], dtype=bool)
-    if shown is not None:
-        # (Those who sit are in their chairs, also on the way down and up.)
-        sits = shown[:, :, Signal.ACTIVITY] == Activity.SIT
-        sits[1:] |= sits[:-1]
-        sits[0] = sits[1]
-    for rows, seated in zip(
+    sits = seated(recording)
+    for rows, sitting in zip(
         recording.humans[::step], sits[::step], strict=True
     ):
         here = np.isfinite(rows[:, 0])
         p, r = rows[here, :2], radii[here]
         walls = scenario.world.obstacles()
-        assert not inside(walls, p[~seated[here]]).any()
+        assert not inside(walls, p[~sitting[here]]).any()
         gaps = np.hypot(*(p[:, None] - p).T) - r[:, None] - r
         np.fill_diagonal(gaps, np.inf)
         assert gaps.min(initial=np.inf) > -TOUCH
