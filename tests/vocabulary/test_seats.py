@@ -225,3 +225,63 @@ def test_a_chair_between_walls_is_no_seat():
 def test_bad_approaches_are_told():
     with pytest.raises(ValueError, match="one for each slot"):
         Place(pose=(0, 0, 0), slots=[(0, 0, 0)], approaches=[(1, 1), (2, 2)])
+
+
+def test_nobody_sits_down_faster_than_it_walks():
+    person = someone(
+        0.7, 0, 0, SIT, rest=STAND, desired_speed=0.3, max_speed=0.3
+    )
+    stage = Stage([person], obstacles=world(CHAIR))
+    before, fastest = stage.states[0, :2], 0.0
+    for _ in stage.run(12.0):
+        fastest = max(fastest, math.dist(before, stage.states[0, :2]))
+        before = stage.states[0, :2]
+    assert fastest == pytest.approx(0.3 * 0.05)
+
+
+def test_who_is_put_elsewhere_no_longer_sits():
+    nodes = f"<RunOnce>{SIT}</RunOnce>"
+    stage = Stage([someone(0, 0, 0, nodes)], obstacles=world(CHAIR))
+    for _ in stage.run(2.0):
+        pass
+    assert seated(stage)[0]
+    crowd = stage.diagram.GetSubsystemByName("crowd")
+    states = stage.states.copy()
+    states[0, :2] = -6, 4
+    crowd.SetStates(crowd.GetMyMutableContextFromRoot(stage.context), states)
+    sits = []
+    for _ in stage.run(20.0):
+        sits.append(seated(stage)[0])
+        away = math.hypot(*stage.states[0, :2])
+        # It walks back, and sits down there.
+        assert not sits[-1] or away < 0.8
+    assert not sits[0]
+    assert sits[200]
+
+
+def test_a_recorded_person_sits_on_the_seat_and_goes_on(tmp_path):
+    file = tmp_path / "walk.csv"
+    rows = [f"{0.2 * k:.1f},1,0.645,{0.2 * k - 4:.2f}" for k in range(60)]
+    file.write_text("\n".join(["time,id,x,y", *rows]))
+    sit = {"type": "sit", "place": "seat", "seconds": 2.0}
+    track = {"file": str(file), "id": 1, "mode": "reactive"}
+    seat = {"name": "seat", "type": "seat", "pose": [0, 0, 0]}
+    trial = scenario(
+        [{"track": track, "behavior": sit}],
+        [],
+        places=[seat | {"approaches": [[0.645, 0]]}],
+    )
+    diagram = MakeTrialDiagram(trial)
+    simulator = MakeTrialSimulator(diagram)
+    ways = []
+    for k in range(1, 241):
+        simulator.AdvanceTo(0.05 * k)
+        context = simulator.get_context()
+        x, y = diagram.GetOutputPort("human_states").Eval(context)[:2]
+        shown = diagram.GetOutputPort("social_signals").Eval(context)
+        if shown[Signal.POSTURE] == Posture.SEATED:
+            ways.append((x, y))
+    assert np.abs(np.array(ways)[:, 1]).max() < 0.2
+    assert ways[30] == pytest.approx((0, 0), abs=1e-9)
+    assert 2.0 < 0.05 * len(ways) < 3.5
+    assert y > 2.0
