@@ -122,6 +122,17 @@ class Place:
             return [(x, y) for x, y in self.approaches]
         return [(x, y) for x, y, _ in self.all_slots()]
 
+    def way_to(self) -> tuple[float, float]:
+        """Returns where people walk to who only want to get there, in W."""
+        if self.type == "screen":
+            spots = self.all_slots()
+            x, y, _ = spots[len(spots) // 2]
+        elif self.type in ("seat", "workplace", "bed"):
+            x, y = self.all_approaches()[0]
+        else:
+            x, y, _ = self.pose
+        return x, y
+
     @property
     def time(self) -> float:
         """The time for which people use it, in seconds."""

@@ -11,9 +11,12 @@ import numpy as np
 
 from hunav_drake.systems.behavior.leaves.gaze import bearing_error
 from hunav_drake.systems.behavior.leaves.pacing import (
+    SETTLED,
+    STANDING,
     PortDistance,
     face,
     settle,
+    speed_of,
     stand,
     walk_to,
     wrapped,
@@ -25,6 +28,7 @@ from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
+    body_at,
     is_before,
     look_at,
     num_bodies,
@@ -245,8 +249,8 @@ def use_place(
     The person takes the nearest free slot of the place, or, without one, of
     all places of a type, and faces as it does; it sits down on a seat and lies
     down in a bed. It stays for `seconds`, by default the time of the place.
-    Without a free slot, it waits near the place; the action fails after
-    `patience` of that.
+    Without a free slot, or while somebody stands in front of it, it waits near
+    the place; the action fails after `patience` of that.
     """
     row = place_of(tick, place)
     if row < 0 and float(place) != 0:
@@ -279,6 +283,11 @@ def use_place(
     else:
         sx, sy, _ = pose_of(tick, at)
         if not settle(tick, ax, ay):
+            own[1] += _is_barred(tick, ax, ay)
+            if own[1] > 0 and steps_reach(own[1], tick.time_step, patience):
+                own[1] = 0.0
+                _let_go(own, signal)
+                return FAILURE
             return RUNNING
         if kind_there == _SCREEN:
             look_at(tick, AT_POINT, sx, sy)
@@ -294,13 +303,32 @@ def use_place(
     if seconds == 0:
         seconds = place_at(tick, at)[6]
     if steps_reach(own[0], tick.time_step, seconds):
-        own[0] = 0.0
-        own[2] = 0.0
-        # (The place is free.)
-        signal[_PLACE] = -1.0
-        signal[_SLOT] = -1.0
+        _let_go(own, signal)
         return SUCCESS
     return RUNNING
+
+
+@jit_inline
+def _let_go(own, signal):
+    """Makes the place that the person uses a free one."""
+    own[0] = 0.0
+    own[2] = 0.0
+    signal[_PLACE] = -1.0
+    signal[_SLOT] = -1.0
+
+
+@jit_part
+def _is_barred(tick, x, y):
+    """Returns whether somebody stands where a person near there wants to be."""
+    if _away(tick, x, y) > _OFF + _ROOM:
+        return False
+    for i in range(num_bodies(tick)):
+        body = body_at(tick, i)
+        gap = math.hypot(body.x - x, body.y - y) - body.radius
+        is_in = gap < tick.body_radius - SETTLED
+        if i != tick.index and is_in and speed_of(body) < STANDING:
+            return True
+    return False
 
 
 @jit_inline
