@@ -47,6 +47,9 @@ _SECONDS: dict[PlaceType, float] = {
     "door": 5.0,
 }
 
+# The largest distance of a seat from where people sit down on it, in meters.
+_REACH = 3.0
+
 # The places before a screen without slots: how many, how far, in meters, and up
 # to which angle on either side.
 _SPOTS, _AWAY, _ASIDE = 5, 2.0, math.pi / 4
@@ -115,6 +118,13 @@ class Place:
                 f"approaches: must be {slots}, one for each slot, got"
                 f" {len(self.approaches)}"
             )
+        for k, (x, y) in enumerate(self.approaches):
+            away = math.dist((x, y), self.all_slots()[k][:2])
+            if away > _REACH:
+                raise ValueError(
+                    f"approaches[{k}]: must be within {_REACH:g} m of its slot,"
+                    f" got {away:.3g}: people sit down from there"
+                )
 
     def all_approaches(self) -> list[tuple[float, float]]:
         """Returns where people stand before they use each slot, in W."""
