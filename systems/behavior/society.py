@@ -171,17 +171,6 @@ def check_named(
                     f"port {port}: must be a door, but {place.name!r} is a"
                     f" {place.type}; give the place the type door"
                 )
-    types = {it.type for it in places}
-    for node in tree.nodes:
-        if node.type.name != "UsePlace":
-            continue
-        which, kind = node.ports["place"], node.ports["kind"]
-        is_any = isinstance(which, Constant) and not which.value
-        if is_any and isinstance(kind, Constant) and kind.value not in types:
-            raise node.error(
-                f"port kind: there is no {kind.value}; add one to places, or to"
-                " the furniture of the world"
-            )
     for node, port, (name,) in _named(tree, Meaning.NEED):
         if name not in needs:
             raise node.error(

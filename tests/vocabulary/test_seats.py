@@ -333,8 +333,21 @@ def test_furniture_of_one_name_is_told_apart():
     MakeTrialDiagram(scenario([person], chairs))
 
 
-def test_who_could_sit_nowhere_is_told():
-    person = {"pose": [4, 2, 0], "behavior": "sit"}
-    with pytest.raises(ScenarioError, match="there is no seat; add one"):
-        scenario([person], [])
-    scenario([person], [CHAIR])
+def test_who_can_sit_nowhere_walks_on():
+    person = someone(0, 0, 0, '<UsePlace kind="seat"/>', goals=[(4, 0)])
+    stage = Stage([person])
+    for _ in stage.run(5.0):
+        pass
+    assert stage.states[0, 0] > 3.5
+
+
+def test_who_waits_for_any_seat_keeps_off_those_taken():
+    nodes = '<RunOnce><UsePlace kind="seat" seconds="5"/></RunOnce>'
+    people = [someone(x, 0, 0, nodes, goals=[(3, 3)]) for x in (0.0, 0.75)]
+    stage = Stage(people, obstacles=world(CHAIR))
+    sat = np.zeros(2)
+    for _ in stage.run(25.0):
+        sat += seated(stage)
+    assert sat * 0.05 == pytest.approx([5.0, 6.0], abs=0.3)
+    goals = np.hypot(*(stage.states[:, :2] - [3, 3]).T)
+    assert (goals < 1.0).all()

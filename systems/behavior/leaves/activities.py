@@ -196,13 +196,19 @@ def _is_claimed(tick, place, slot, since):
     return False
 
 
+@jit_inline
+def _is_meant(tick, row, place, kind):
+    """Returns whether a place is the one meant, or, without one, of a type."""
+    return row == place or (place < 0 and place_at(tick, row)[7] == kind)
+
+
 @jit_part
 def _choose(tick, own, place, kind):
     """Chooses the nearest free slot of a place, or of all of a type."""
     nearest = math.inf
     own[2] = 0.0
     for p in range(tick.num_places):
-        if p != place and (place >= 0 or place_at(tick, p)[7] != kind):
+        if not _is_meant(tick, p, place, kind):
             continue
         for s in range(np.int64(place_at(tick, p)[9])):
             it = slot_at(tick, _slot_row(tick, p, s))
@@ -250,7 +256,8 @@ def use_place(
     all places of a type, and faces as it does; it sits down on a seat and lies
     down in a bed. It stays for `seconds`, by default the time of the place.
     Without a free slot, or while somebody stands in front of it, it waits near
-    the place; the action fails after `patience` of that.
+    the place; the action fails after `patience` of that, and at once where
+    there is no such place.
     """
     row = place_of(tick, place)
     if row < 0 and float(place) != 0:
@@ -263,7 +270,7 @@ def use_place(
         own[0] = 0.0
         _choose(tick, own, row, int(kind))
     if own[2] == 0:
-        status: NodeStatus = _wait(tick, own, row, patience)
+        status: NodeStatus = _wait(tick, own, row, int(kind), patience)
         return status
     at, slot = np.int64(own[2]) - 1, np.int64(own[3])
     row = _slot_row(tick, at, slot)
@@ -332,30 +339,31 @@ def _is_barred(tick, x, y):
 
 
 @jit_inline
-def _wait(tick, own, place, patience):
-    """Waits near a place, where there is one; returns the status."""
+def _wait(tick, own, place, kind, patience):
+    """Waits near a place, or off all of a type; returns the status."""
+    nearest, sx, sy = math.inf, 0.0, 0.0
+    for p in range(tick.num_places):
+        if not _is_meant(tick, p, place, kind):
+            continue
+        for k in range(np.int64(place_at(tick, p)[9])):
+            it = slot_at(tick, _slot_row(tick, p, k))
+            away = _away(tick, it[3], it[4])
+            if away < nearest:
+                nearest, sx, sy = away, it[3], it[4]
     own[1] += 1
-    if steps_reach(own[1], tick.time_step, patience):
+    is_over = steps_reach(own[1], tick.time_step, patience)
+    if is_over or nearest == math.inf:
         own[1] = 0.0
         return FAILURE
-    if place < 0:
-        stand(tick)
-        return RUNNING
-    nearest, sx, sy = math.inf, 0.0, 0.0
-    for k in range(np.int64(place_at(tick, place)[9])):
-        it = slot_at(tick, _slot_row(tick, place, k))
-        away = _away(tick, it[3], it[4])
-        if away < nearest:
-            nearest, sx, sy = away, it[3], it[4]
     if 0 < nearest < _OFF - _ROOM:
         # (Whoever has the slot needs the room.)
         part = _OFF / nearest
         x, y = sx + part * (tick.x - sx), sy + part * (tick.y - sy)
         walk_to(tick, x, y, min(tick.max_speed, _SLOWLY))
-    elif nearest > _OFF + _ROOM:
+    elif place >= 0 and nearest > _OFF + _ROOM:
         walk_to(tick, sx, sy, min(tick.max_speed, nearest - _OFF + _ROOM))
     else:
         stand(tick)
-        if bearing_error(tick, sx, sy) > _FACING:
+        if place >= 0 and bearing_error(tick, sx, sy) > _FACING:
             face(tick, sx, sy, TURN_RATE)
     return RUNNING
