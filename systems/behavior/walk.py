@@ -103,7 +103,7 @@ class Walk:
         known = self._society_fields(society) if society else {}
         self._places: list[list[float]] | None = None
         if society is not None:
-            self._places = society.places[:, 2:4].tolist()
+            self._places = society.places[:, 10:12].tolist()
         for i, tick in enumerate(self._ticks):
             fields = {
                 **self._tree_fields(programs[i]),

@@ -22,6 +22,7 @@ from hunav_drake.systems.common.layout import (
     VY,
     YAW,
     Command,
+    Hold,
     X,
     Y,
 )
@@ -69,6 +70,8 @@ _EASY = 1.5
 
 # Times that differ by less are the same, in seconds.
 _SAME = 1e-9
+
+_PLACED = float(Hold.PLACED)
 
 
 @jit
@@ -247,7 +250,12 @@ def _follow(row, own, next_time, time_step, track, tables):
 
 @jit
 def _lead(row, own, person, command, knots, curves):
-    """Changes the command of a person who walks by the motion model."""
+    """Changes the command of a person who walks by the motion model.
+
+    Whoever sits down, sits or stands up does so first.
+    """
+    if command[Command.HOLD] == _PLACED:
+        return
     _, _, vx, vy = _place(row, own[PHASE], knots, curves)
     speed = min(max(math.hypot(vx, vy), _SLOWEST), _FASTEST)
     ahead = own[PHASE] + _AHEAD

@@ -38,7 +38,8 @@ def with_furniture(places: Sequence[Place], world: World) -> list[Place]:
 
     Chairs, benches and sofas are seats, a chair at a desk is a workplace, beds
     are beds, counters have a queue, and shelves are shelves. Each has the name
-    of its piece of furniture, by default "chair_1", "chair_2", ... in order.
+    of its piece of furniture, by default "chair_1", "chair_2", ... in order, as
+    have those with a name that another one has before, or that is a number.
     What nobody can reach, between walls, is none.
 
     Args:
@@ -60,13 +61,15 @@ def with_furniture(places: Sequence[Place], world: World) -> list[Place]:
 
 def _places_of(world: World) -> list[Place]:
     counts: dict[str, int] = {}
-    found = []
+    used, defaults = [], []
     for it in world.furniture:
         kind = name_of(it)
         counts[kind] = counts.get(kind, 0) + 1
         if it.use:
-            found.append((it.name or f"{kind}_{counts[kind]}", it))
-    if not found:
+            used.append(it)
+            defaults.append(f"{kind}_{counts[kind]}")
+    found = zip(_names(used, defaults), used, strict=True)
+    if not used:
         return []
     obstacles = world.obstacles()
     desks = [
@@ -76,6 +79,30 @@ def _places_of(world: World) -> list[Place]:
     ]
     places = [_place(name, it, obstacles, desks) for name, it in found]
     return [it for it in places if it is not None]
+
+
+def _names(
+    furniture: Sequence[Furniture], defaults: Sequence[str]
+) -> list[str]:
+    """Returns a name for each piece of furniture, given the default ones.
+
+    A number is none, as trees name places by their numbers, too.
+    """
+    first: dict[str, int] = {}
+    for i, it in enumerate(furniture):
+        if it.name and not it.name.isdecimal():
+            first.setdefault(it.name, i)
+    names = []
+    for i, (it, default) in enumerate(zip(furniture, defaults, strict=True)):
+        name = it.name
+        if first.get(name) != i:
+            more = (f"{default}_{k}" for k in itertools.count(2))
+            name = next(
+                it for it in itertools.chain([default], more) if it not in first
+            )
+            first[name] = i
+        names.append(name)
+    return names
 
 
 def _place(

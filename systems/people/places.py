@@ -47,6 +47,9 @@ _SECONDS: dict[PlaceType, float] = {
     "door": 5.0,
 }
 
+# The largest distance of a seat from where people sit down on it, in meters.
+_REACH = 3.0
+
 # The places before a screen without slots: how many, how far, in meters, and up
 # to which angle on either side.
 _SPOTS, _AWAY, _ASIDE = 5, 2.0, math.pi / 4
@@ -115,12 +118,30 @@ class Place:
                 f"approaches: must be {slots}, one for each slot, got"
                 f" {len(self.approaches)}"
             )
+        for k, (x, y) in enumerate(self.approaches):
+            away = math.dist((x, y), self.all_slots()[k][:2])
+            if away > _REACH:
+                raise ValueError(
+                    f"approaches[{k}]: must be within {_REACH:g} m of its slot,"
+                    f" got {away:.3g}: people sit down from there"
+                )
 
     def all_approaches(self) -> list[tuple[float, float]]:
         """Returns where people stand before they use each slot, in W."""
         if self.approaches:
             return [(x, y) for x, y in self.approaches]
         return [(x, y) for x, y, _ in self.all_slots()]
+
+    def way_to(self) -> tuple[float, float]:
+        """Returns where people walk to who only want to get there, in W."""
+        if self.type == "screen":
+            spots = self.all_slots()
+            x, y, _ = spots[len(spots) // 2]
+        elif self.type in ("seat", "workplace", "bed"):
+            x, y = self.all_approaches()[0]
+        else:
+            x, y, _ = self.pose
+        return x, y
 
     @property
     def time(self) -> float:

@@ -24,7 +24,7 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.people.furniture_places import with_furniture
 from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.world.obstacles import inside
-from tests.vocabulary.stage import STAND, Stage, someone, tree
+from tests.vocabulary.stage import STAND, Stage, robot_at, someone, tree
 
 CHAIR = {"type": "chair", "center": [0, 0]}
 SIT = '<UsePlace name="it" place="chair_1" seconds="5"/>'
@@ -225,3 +225,129 @@ def test_a_chair_between_walls_is_no_seat():
 def test_bad_approaches_are_told():
     with pytest.raises(ValueError, match="one for each slot"):
         Place(pose=(0, 0, 0), slots=[(0, 0, 0)], approaches=[(1, 1), (2, 2)])
+    with pytest.raises(ValueError, match="must be within 3 m of its"):
+        Place(pose=(0, 0, 0), approaches=[(3, 1)])
+
+
+def test_nobody_sits_down_faster_than_it_walks():
+    person = someone(
+        0.7, 0, 0, SIT, rest=STAND, desired_speed=0.3, max_speed=0.3
+    )
+    stage = Stage([person], obstacles=world(CHAIR))
+    before, fastest = stage.states[0, :2], 0.0
+    for _ in stage.run(12.0):
+        fastest = max(fastest, math.dist(before, stage.states[0, :2]))
+        before = stage.states[0, :2]
+    assert fastest == pytest.approx(0.3 * 0.05)
+
+
+def test_who_is_put_elsewhere_no_longer_sits():
+    nodes = f"<RunOnce>{SIT}</RunOnce>"
+    stage = Stage([someone(0, 0, 0, nodes)], obstacles=world(CHAIR))
+    for _ in stage.run(2.0):
+        pass
+    assert seated(stage)[0]
+    crowd = stage.diagram.GetSubsystemByName("crowd")
+    states = stage.states.copy()
+    states[0, :2] = -6, 4
+    crowd.SetStates(crowd.GetMyMutableContextFromRoot(stage.context), states)
+    sits = []
+    for _ in stage.run(20.0):
+        sits.append(seated(stage)[0])
+        away = math.hypot(*stage.states[0, :2])
+        # It walks back, and sits down there.
+        assert not sits[-1] or away < 0.8
+    assert not sits[0]
+    assert sits[200]
+
+
+def test_a_recorded_person_sits_on_the_seat_and_goes_on(tmp_path):
+    file = tmp_path / "walk.csv"
+    rows = [f"{0.2 * k:.1f},1,0.645,{0.2 * k - 4:.2f}" for k in range(60)]
+    file.write_text("\n".join(["time,id,x,y", *rows]))
+    sit = {"type": "sit", "place": "seat", "seconds": 2.0}
+    track = {"file": str(file), "id": 1, "mode": "reactive"}
+    seat = {"name": "seat", "type": "seat", "pose": [0, 0, 0]}
+    trial = scenario(
+        [{"track": track, "behavior": sit}],
+        [],
+        places=[seat | {"approaches": [[0.645, 0]]}],
+    )
+    diagram = MakeTrialDiagram(trial)
+    simulator = MakeTrialSimulator(diagram)
+    ways = []
+    for k in range(1, 241):
+        simulator.AdvanceTo(0.05 * k)
+        context = simulator.get_context()
+        x, y = diagram.GetOutputPort("human_states").Eval(context)[:2]
+        shown = diagram.GetOutputPort("social_signals").Eval(context)
+        if shown[Signal.POSTURE] == Posture.SEATED:
+            ways.append((x, y))
+    assert np.abs(np.array(ways)[:, 1]).max() < 0.2
+    assert ways[30] == pytest.approx((0, 0), abs=1e-9)
+    assert 2.0 < 0.05 * len(ways) < 3.5
+    assert y > 2.0
+
+
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        '<GoTo goal_id="chair_1"/>',
+        '<SetGoal goal_id="chair_1" mode="replace"/>',
+        '<SetRandomGoal kind="seat"/>',
+    ],
+)
+def test_who_only_goes_to_a_seat_stands_beside_it(nodes):
+    person = someone(-2, 1, 0, f"<RunOnce>{nodes}</RunOnce>")
+    stage = Stage([person], obstacles=world(CHAIR))
+    for _ in stage.run(10.0):
+        pass
+    assert stage.states[0, :2] == pytest.approx([0.645, 0], abs=0.35)
+    assert stage.states[0, 3:5] == pytest.approx([0, 0], abs=0.01)
+
+
+def test_nobody_waits_for_ever_for_a_robot_before_a_seat():
+    nodes = SIT.replace("seconds", 'patience="10" seconds')
+    person = someone(2, 1, 0, f"<RunOnce>{nodes}</RunOnce>", goals=[(3, 3)])
+    stage = Stage([person], obstacles=world(CHAIR), robot=robot_at(0.7, 0))
+    for t in stage.run(20.0):
+        if t == 8.0:
+            assert stage.statuses(0)["it"] == 1
+            assert stage.signal(0, Signal.PLACE) == 0
+    assert math.dist(stage.states[0, :2], (3, 3)) < 0.5
+    assert stage.signal(0, Signal.PLACE) == -1
+
+
+def test_furniture_of_one_name_is_told_apart():
+    names = ["x", "x", "", "chair_2", "7"]
+    chairs = [
+        CHAIR | {"center": [2 * k, 0], "name": name}
+        for k, name in enumerate(names)
+    ]
+    found = with_furniture([], world(*chairs))
+    assert [it.name for it in found] == [
+        *("x", "chair_2_2", "chair_3", "chair_2", "chair_5")
+    ]
+    sit = {"type": "sit", "place": "chair_3", "seconds": 2.0}
+    person = {"pose": [4, 2, 0], "behavior": sit}
+    MakeTrialDiagram(scenario([person], chairs))
+
+
+def test_who_can_sit_nowhere_walks_on():
+    person = someone(0, 0, 0, '<UsePlace kind="seat"/>', goals=[(4, 0)])
+    stage = Stage([person])
+    for _ in stage.run(5.0):
+        pass
+    assert stage.states[0, 0] > 3.5
+
+
+def test_who_waits_for_any_seat_keeps_off_those_taken():
+    nodes = '<RunOnce><UsePlace kind="seat" seconds="5"/></RunOnce>'
+    people = [someone(x, 0, 0, nodes, goals=[(3, 3)]) for x in (0.0, 0.75)]
+    stage = Stage(people, obstacles=world(CHAIR))
+    sat = np.zeros(2)
+    for _ in stage.run(25.0):
+        sat += seated(stage)
+    assert sat * 0.05 == pytest.approx([5.0, 6.0], abs=0.3)
+    goals = np.hypot(*(stage.states[:, :2] - [3, 3]).T)
+    assert (goals < 1.0).all()

@@ -11,9 +11,12 @@ import numpy as np
 
 from hunav_drake.systems.behavior.leaves.gaze import bearing_error
 from hunav_drake.systems.behavior.leaves.pacing import (
+    SETTLED,
+    STANDING,
     PortDistance,
     face,
     settle,
+    speed_of,
     stand,
     walk_to,
     wrapped,
@@ -25,6 +28,7 @@ from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
+    body_at,
     is_before,
     look_at,
     num_bodies,
@@ -192,13 +196,19 @@ def _is_claimed(tick, place, slot, since):
     return False
 
 
+@jit_inline
+def _is_meant(tick, row, place, kind):
+    """Returns whether a place is the one meant, or, without one, of a type."""
+    return row == place or (place < 0 and place_at(tick, row)[7] == kind)
+
+
 @jit_part
 def _choose(tick, own, place, kind):
     """Chooses the nearest free slot of a place, or of all of a type."""
     nearest = math.inf
     own[2] = 0.0
     for p in range(tick.num_places):
-        if p != place and (place >= 0 or place_at(tick, p)[7] != kind):
+        if not _is_meant(tick, p, place, kind):
             continue
         for s in range(np.int64(place_at(tick, p)[9])):
             it = slot_at(tick, _slot_row(tick, p, s))
@@ -245,8 +255,9 @@ def use_place(
     The person takes the nearest free slot of the place, or, without one, of
     all places of a type, and faces as it does; it sits down on a seat and lies
     down in a bed. It stays for `seconds`, by default the time of the place.
-    Without a free slot, it waits near the place; the action fails after
-    `patience` of that.
+    Without a free slot, or while somebody stands in front of it, it waits near
+    the place; the action fails after `patience` of that, and at once where
+    there is no such place.
     """
     row = place_of(tick, place)
     if row < 0 and float(place) != 0:
@@ -259,7 +270,7 @@ def use_place(
         own[0] = 0.0
         _choose(tick, own, row, int(kind))
     if own[2] == 0:
-        status: NodeStatus = _wait(tick, own, row, patience)
+        status: NodeStatus = _wait(tick, own, row, int(kind), patience)
         return status
     at, slot = np.int64(own[2]) - 1, np.int64(own[3])
     row = _slot_row(tick, at, slot)
@@ -279,6 +290,11 @@ def use_place(
     else:
         sx, sy, _ = pose_of(tick, at)
         if not settle(tick, ax, ay):
+            own[1] += _is_barred(tick, ax, ay)
+            if own[1] > 0 and steps_reach(own[1], tick.time_step, patience):
+                own[1] = 0.0
+                _let_go(own, signal)
+                return FAILURE
             return RUNNING
         if kind_there == _SCREEN:
             look_at(tick, AT_POINT, sx, sy)
@@ -294,40 +310,60 @@ def use_place(
     if seconds == 0:
         seconds = place_at(tick, at)[6]
     if steps_reach(own[0], tick.time_step, seconds):
-        own[0] = 0.0
-        own[2] = 0.0
-        # (The place is free.)
-        signal[_PLACE] = -1.0
-        signal[_SLOT] = -1.0
+        _let_go(own, signal)
         return SUCCESS
     return RUNNING
 
 
 @jit_inline
-def _wait(tick, own, place, patience):
-    """Waits near a place, where there is one; returns the status."""
+def _let_go(own, signal):
+    """Makes the place that the person uses a free one."""
+    own[0] = 0.0
+    own[2] = 0.0
+    signal[_PLACE] = -1.0
+    signal[_SLOT] = -1.0
+
+
+@jit_part
+def _is_barred(tick, x, y):
+    """Returns whether somebody stands where a person near there wants to be."""
+    if _away(tick, x, y) > _OFF + _ROOM:
+        return False
+    for i in range(num_bodies(tick)):
+        body = body_at(tick, i)
+        gap = math.hypot(body.x - x, body.y - y) - body.radius
+        is_in = gap < tick.body_radius - SETTLED
+        if i != tick.index and is_in and speed_of(body) < STANDING:
+            return True
+    return False
+
+
+@jit_inline
+def _wait(tick, own, place, kind, patience):
+    """Waits near a place, or off all of a type; returns the status."""
+    nearest, sx, sy = math.inf, 0.0, 0.0
+    for p in range(tick.num_places):
+        if not _is_meant(tick, p, place, kind):
+            continue
+        for k in range(np.int64(place_at(tick, p)[9])):
+            it = slot_at(tick, _slot_row(tick, p, k))
+            away = _away(tick, it[3], it[4])
+            if away < nearest:
+                nearest, sx, sy = away, it[3], it[4]
     own[1] += 1
-    if steps_reach(own[1], tick.time_step, patience):
+    is_over = steps_reach(own[1], tick.time_step, patience)
+    if is_over or nearest == math.inf:
         own[1] = 0.0
         return FAILURE
-    if place < 0:
-        stand(tick)
-        return RUNNING
-    nearest, sx, sy = math.inf, 0.0, 0.0
-    for k in range(np.int64(place_at(tick, place)[9])):
-        it = slot_at(tick, _slot_row(tick, place, k))
-        away = _away(tick, it[3], it[4])
-        if away < nearest:
-            nearest, sx, sy = away, it[3], it[4]
     if 0 < nearest < _OFF - _ROOM:
         # (Whoever has the slot needs the room.)
         part = _OFF / nearest
         x, y = sx + part * (tick.x - sx), sy + part * (tick.y - sy)
         walk_to(tick, x, y, min(tick.max_speed, _SLOWLY))
-    elif nearest > _OFF + _ROOM:
+    elif place >= 0 and nearest > _OFF + _ROOM:
         walk_to(tick, sx, sy, min(tick.max_speed, nearest - _OFF + _ROOM))
     else:
         stand(tick)
-        if bearing_error(tick, sx, sy) > _FACING:
+        if place >= 0 and bearing_error(tick, sx, sy) > _FACING:
             face(tick, sx, sy, TURN_RATE)
     return RUNNING

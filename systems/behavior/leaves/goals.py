@@ -18,6 +18,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     aim,
     has_goal,
     place_at,
+    way_to,
 )
 from hunav_drake.systems.behavior.nodes.tick_context import (
     LATER_PLACES,
@@ -100,6 +101,7 @@ def set_random_goal(
 def _may_be_drawn(tick, place, kind):
     """Returns whether a place is another one, and of a type."""
     row = place_at(tick, place)
-    away = math.hypot(row[2] - tick.x, row[3] - tick.y)
+    x, y = way_to(tick, place)
+    away = math.hypot(x - tick.x, y - tick.y)
     is_another = tick.goal_place != place + 1
     return is_another and row[7] == kind and away > tick.reach + GOAL_MARGIN

@@ -38,7 +38,6 @@ from hunav_drake.systems.behavior.nodes.social import (
     is_clear,
     look_at,
     place_of,
-    pose_of,
     row_of,
     show_activity,
 )
@@ -54,6 +53,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     human_at,
     kept_robot,
     robot_at,
+    way_to,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
@@ -89,13 +89,14 @@ def go_to(
 ) -> NodeStatus:
     """Walks to a place, and stands there.
 
-    It runs until the person is at most `tolerance` away.
+    It runs until the person is at most `tolerance` away. Of a seat or bed, it
+    stands beside it; of a screen, before it.
     """
     place = place_of(tick, goal_id)
     if place < 0:
         return FAILURE
     act(tick, robot)
-    x, y, _ = pose_of(tick, place)
+    x, y = way_to(tick, place)
     if math.hypot(x - tick.x, y - tick.y) <= tolerance:
         stand(tick)
         return SUCCESS

@@ -38,7 +38,12 @@ from hunav_drake.systems.behavior.nodes.status import (
     SUCCESS,
     NodeStatus,
 )
-from hunav_drake.systems.behavior.nodes.tick import Tick, human_at, robot_at
+from hunav_drake.systems.behavior.nodes.tick import (
+    Tick,
+    human_at,
+    robot_at,
+    way_to,
+)
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.schema import within
@@ -138,12 +143,18 @@ def is_robot_close_to(
 def is_at_position(
     tick: Tick, goal_id: PlaceName, tolerance: Distance = 0.1
 ) -> bool:
-    """Holds if the person is at most `tolerance` away from a place."""
+    """Holds if the person is at most `tolerance` away from a place.
+
+    Who stands beside a seat is there, as who sits on it.
+    """
     place = place_of(tick, goal_id)
     if place < 0:
         return False
     x, y, _ = pose_of(tick, place)
-    return bool(math.hypot(x - tick.x, y - tick.y) <= tolerance)
+    wx, wy = way_to(tick, place)
+    away = math.hypot(x - tick.x, y - tick.y)
+    beside = math.hypot(wx - tick.x, wy - tick.y)
+    return bool(min(away, beside) <= tolerance)
 
 
 @register_action("FindNearestAgent", ignored=IGNORED, social=True)

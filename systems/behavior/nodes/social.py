@@ -17,6 +17,7 @@ from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.tick import (
     SLOT_SIZE,
     aim,
+    command_to,
     human_at,
     place_at,
     robot_at,
@@ -40,6 +41,7 @@ from hunav_drake.systems.common.layout import (
     SIGNAL_SIZE,
     SILENT,
     Activity,
+    Command,
     Hold,
     Posture,
     Signal,
@@ -50,8 +52,9 @@ from hunav_drake.systems.world.ray_cast import ray_cast
 LIST_SIZE = 2 + MAX_PARTNERS
 
 # The time in which people sit down and stand up, in seconds, the least speed,
-# in m/s, and how near to the place beside a seat they stand again, in meters.
-_MOVING, _SLOWEST, _UP = 1.0, 0.2, 0.02
+# in m/s, how near to the place beside a seat they stand again, and by how much
+# farther than that place nobody is on the seat, in meters.
+_MOVING, _SLOWEST, _UP, _OFF = 1.0, 0.2, 0.02, 0.5
 
 # The purposes of draws.
 CHANCE, DURATION, CHOICE = 4, 5, 6
@@ -68,6 +71,7 @@ _SILENT = np.array(SILENT)
 _SAID, _TO = int(Signal.UTTERANCE), int(Signal.TO)
 _ACTIVITY, _SINCE = int(Signal.ACTIVITY), int(Signal.SINCE)
 _PLACE, _SLOT = int(Signal.PLACE), int(Signal.SLOT)
+_MAX_SPEED = int(Command.MAX_SPEED)
 _QUEUE = float(Activity.QUEUE)
 
 
@@ -318,6 +322,8 @@ def begin_signal(tick, is_outside):
         memory[NEEDS + 2 * i] = max(level - rate * tick.time_step, 0.0)
     if memory[GROUP] != UNSET:
         tick.group_id = memory[GROUP]
+    if 1 <= memory[SEAT] <= tick.num_place_slots and _is_off_seat(tick):
+        memory[SEAT] = 0.0
     place = memory[GOAL_PLACE]
     if 1 <= place <= tick.num_places:
         tick.goal_place = np.int64(place)
@@ -337,6 +343,18 @@ def end_signal(tick):
         tick.turn_rate = 0.0
     if 1 <= memory[SEAT] <= tick.num_place_slots:
         _sit(tick, memory)
+
+
+@jit_part
+def _is_off_seat(tick):
+    """Returns whether a person is far from its seat.
+
+    So it is if it was put elsewhere, or follows a recording.
+    """
+    seat = slot_at(tick, np.int64(social_memory(tick)[SEAT]) - 1)
+    x, y, ax, ay = seat[0], seat[1], seat[3], seat[4]
+    way = math.hypot(ax - x, ay - y)
+    return math.hypot(x - tick.x, y - tick.y) > way + _OFF
 
 
 @jit_part
@@ -365,7 +383,9 @@ def _sit(tick, memory):
     tick.goal_x = x
     tick.goal_y = y
     tick.has_goal = 1.0
-    tick.desired_speed = max(math.hypot(ax - sx, ay - sy) / _MOVING, _SLOWEST)
+    speed = max(math.hypot(ax - sx, ay - sy) / _MOVING, _SLOWEST)
+    own_most = command_to(tick, tick.num_goals)[_MAX_SPEED]
+    tick.desired_speed = min(speed, own_most)
     tick.yaw_target = yaw
     tick.turn_rate = math.pi
 

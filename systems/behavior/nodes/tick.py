@@ -69,8 +69,8 @@ TICK_FIELDS = (
 )
 # The numbers of a place: the two by which it is named, its pose in W, the
 # distance in a queue (of a door, the width) and the time, its type, and its
-# slots: the row of the first, and how many.
-PLACE_SIZE = 10
+# slots: the row of the first, and how many; and where people walk to in W.
+PLACE_SIZE = 12
 
 # The numbers of a slot: its pose in W, where people stand before they use it,
 # and the rows of the place, and of the slot in it.
@@ -119,6 +119,13 @@ def place_at(tick, row):
 
 
 @jit_inline
+def way_to(tick, row):
+    """Returns where people walk to who only want to get to a place, in W."""
+    place = place_at(tick, row)
+    return place[10], place[11]
+
+
+@jit_inline
 def has_goal(tick):
     """Returns whether there is a goal to walk to."""
     return tick.goal < tick.num_goals or tick.goal_place > 0
@@ -128,9 +135,7 @@ def has_goal(tick):
 def goal_of(tick):
     """Returns the current goal in W, in meters; there must be one."""
     if tick.goal_place > 0:
-        # (After its two codes.)
-        place = place_at(tick, tick.goal_place - 1)
-        return place[2], place[3]
+        return way_to(tick, tick.goal_place - 1)
     command = command_to(tick, tick.goal)
     return command[0], command[1]
 
