@@ -351,3 +351,24 @@ def test_who_waits_for_any_seat_keeps_off_those_taken():
     assert sat * 0.05 == pytest.approx([5.0, 6.0], abs=0.3)
     goals = np.hypot(*(stage.states[:, :2] - [3, 3]).T)
     assert (goals < 1.0).all()
+
+
+def test_who_starts_on_a_seat_and_waits_stands_up_first():
+    """Nobody walks out of a chair as if it were not there."""
+    nodes = (
+        '<TimeDelay delay="4"><RunOnce>'
+        '<UsePlace name="it" place="chair_1" seconds="2"/>'
+        "</RunOnce></TimeDelay>"
+    )
+    place = world(CHAIR)
+    person = someone(0, 0, 0, nodes, goals=[(-4, 0)])
+    stage = Stage([person], obstacles=place)
+    walls = place.obstacles()
+    way = [tuple(stage.states[0, :2]) for _ in stage.run(3.0)]
+    # A second to the place beside it, on the side of the goal or not.
+    within = [bool(inside(walls, [it]).any()) for it in way]
+    assert within[0]
+    assert not any(within[25:])
+    assert max(map(math.dist, way, way[1:])) < 0.08
+    assert way[22][0] > 0.5
+    assert any(seated(stage)[0] for _ in stage.run(12.0))

@@ -28,6 +28,7 @@ from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.registry import register_action
 from hunav_drake.systems.behavior.nodes.social import (
     AT_POINT,
+    AT_START,
     body_at,
     is_before,
     look_at,
@@ -68,9 +69,6 @@ _SEAT, _SCREEN, _WORKPLACE, _BED = (
 
 # Somebody is on a seat within this distance, in meters.
 _UPON = 0.02
-
-# Whoever is this near to a seat when the trial begins sits on it, in meters.
-_AT_START = 0.3
 
 # Somebody faces a direction within this angle, in radians.
 _FACING = 0.05
@@ -281,7 +279,7 @@ def use_place(
     signal = own_signal(tick)
     memory = social_memory(tick)
     away = _away(tick, x, y)
-    is_there = ticks_of(tick) == 0 and away < _AT_START
+    is_there = ticks_of(tick) == 0 and away < AT_START
     if posture != 0 and (memory[SEAT] == row + 1 or is_there):
         memory[SEAT] = row + 1.0
         signal[_POSTURE] = posture

@@ -46,6 +46,7 @@ from hunav_drake.systems.common.layout import (
     Posture,
     Signal,
 )
+from hunav_drake.systems.people.places import PLACE_TYPES
 from hunav_drake.systems.world.ray_cast import ray_cast
 
 # A row of lists of people: the number of the list, how many, and their rows.
@@ -55,6 +56,12 @@ LIST_SIZE = 2 + MAX_PARTNERS
 # in m/s, how near to the place beside a seat they stand again, and by how much
 # farther than that place nobody is on the seat, in meters.
 _MOVING, _SLOWEST, _UP, _OFF = 1.0, 0.2, 0.02, 0.5
+
+# Whoever is this near to a seat when the trial begins sits on it, in meters.
+AT_START = 0.3
+
+# The rows of types of places on which people sit or lie.
+SEAT_TYPES = tuple(PLACE_TYPES.index(it) for it in ("seat", "workplace", "bed"))
 
 # The purposes of draws.
 CHANCE, DURATION, CHOICE = 4, 5, 6
@@ -341,8 +348,25 @@ def end_signal(tick):
     if memory[STOPPED] != 0:
         tick.hold = _STAND
         tick.turn_rate = 0.0
+    if memory[TICKS] == 1 and memory[SEAT] == 0:
+        memory[SEAT] = _seat_at(tick)
     if 1 <= memory[SEAT] <= tick.num_place_slots:
         _sit(tick, memory)
+
+
+@jit_inline
+def _seat_at(tick):
+    """Returns the seat at which a person is, from 1; 0 if there is none.
+
+    Whoever is on a seat at the start and does not use it stands up.
+    """
+    for row in range(tick.num_place_slots):
+        x, y, _, _, _, place, _ = slot_at(tick, row)
+        away = math.hypot(x - tick.x, y - tick.y)
+        kind = place_at(tick, np.int64(place))[7]
+        if away < AT_START and np.int64(kind) in SEAT_TYPES:
+            return row + 1.0
+    return 0.0
 
 
 @jit_part
