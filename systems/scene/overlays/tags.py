@@ -3,12 +3,13 @@
 from functools import lru_cache
 import io
 
+import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.layout import Activity, Signal
+from hunav_drake.systems.common.layout import Activity, Posture, Signal
 
 # The height of a board, and the height of its center above the floor, in m.
 TAG_HEIGHT = 0.26
@@ -30,6 +31,9 @@ CALM: Colors = ((255, 255, 255), (44, 50, 60))
 REACTING: Colors = ((255, 255, 255), (190, 20, 55))
 SPEECH: Colors = ((30, 34, 40), (255, 250, 225))
 
+# The code of those who use a place seated, as at a desk.
+_WORKS = -1.0
+
 # What people do, by their Activity; those that are reactions have none.
 WORDS: dict[float, str] = {
     Activity.CONVERSATION: "talks",
@@ -42,6 +46,7 @@ WORDS: dict[float, str] = {
     Activity.GIVE_WAY: "gives way",
     Activity.GROUP_WALK: "walks in a group",
     Activity.WAIT: "waits",
+    _WORKS: "works",
 }
 
 _LONGEST = 40
@@ -61,7 +66,10 @@ def calm_activities(signals: Array | None, n: int) -> list[str]:
     """
     if signals is None:
         return [""] * n
-    codes = signals.reshape(n, -1)[:, Signal.ACTIVITY].tolist()
+    rows = signals.reshape(n, -1)
+    works = rows[:, Signal.ACTIVITY] == Activity.USE
+    works &= rows[:, Signal.POSTURE] == Posture.SEATED
+    codes = np.where(works, _WORKS, rows[:, Signal.ACTIVITY]).tolist()
     return [WORDS.get(code, "") for code in codes]
 
 

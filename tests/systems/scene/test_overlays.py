@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
-from hunav_drake.systems.common.layout import SILENT, Activity, Signal
+from hunav_drake.systems.common.layout import SILENT, Activity, Posture, Signal
 from hunav_drake.systems.people import gait
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
@@ -27,6 +27,7 @@ from hunav_drake.systems.scene.overlays.tags import (
     CALM,
     REACTING,
     WORDS,
+    calm_activities,
     tag_picture,
     tag_text,
 )
@@ -204,6 +205,13 @@ def test_tags_tell_what_people_do_with_each_other(meshcat, monkeypatch):
     }
     assert shown == {"ana": [""], "bo": ["sits"]}
     assert not dut.last(f"{mut.FIGURES}/bo/base/overlay_reactions/0")
+
+
+def test_who_uses_a_desk_works():
+    signals = np.tile(SILENT, (2, 1))
+    signals[:, Signal.ACTIVITY] = Activity.USE
+    signals[0, Signal.POSTURE] = Posture.SEATED
+    assert calm_activities(signals.ravel(), 2) == ["works", "uses something"]
 
 
 def test_who_reacts_has_a_sign_and_another_tag(meshcat, monkeypatch):
