@@ -19,6 +19,7 @@ from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
     MOTION_SIZE,
+    OUTSIDE,
     RADIUS,
     STATE_SIZE,
     TOUCH_SIZE,
@@ -51,6 +52,10 @@ Array = NDArray[Any]
 # Farther away from others than this, in meters, people whose states are given
 # have no effect: the default forces are below 0.01 m/s^2 there.
 _FELT = 15.0
+
+
+# Who stays outside for this long, in seconds, never comes back.
+_FOR_GOOD = 1e9
 
 
 class TrafficCounts(NamedTuple):
@@ -227,6 +232,21 @@ class OpenCrowd(HumanCrowd):
         for index in (self._counts, self._rests, self._departures):
             size = context.get_discrete_state(index).size()
             context.SetDiscreteState(index, np.zeros(size))
+
+    def TakeOut(self, context: Context, rows: Sequence[int]) -> None:
+        """Puts people outside, for good.
+
+        Args:
+            context: Of this system, changed.
+            rows: The rows of the people in ``human_states``.
+        """
+        states = self._GetState(context).copy()
+        states[rows] = 0.0
+        states[rows, : Y + 1] = OUTSIDE
+        self.SetStates(context, states)
+        rests = context.get_discrete_state(self._rests).CopyToVector()
+        rests[rows] = _FOR_GOOD
+        context.SetDiscreteState(self._rests, rests)
 
     def CalcJacobian(self, context: Context) -> Any:
         """Raises a ValueError: where people come and go, steps jump."""
