@@ -37,6 +37,7 @@ from hunav_drake.trial.result import (
     EndReason,
     MakeTrialResult,
     TrialResult,
+    with_encounters,
     with_situations,
 )
 from hunav_drake.trial.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
@@ -401,7 +402,9 @@ def _result(
             if part.name
         },
     )
-    return with_situations(result) if config.situations else result
+    if config.situations:
+        result = with_situations(result)
+    return with_encounters(result) if config.encounters else result
 
 
 def _told(part: RobotPart, end: _End) -> str:

@@ -52,6 +52,8 @@ class Future:
             in meters; NaN for none.
         goals_left: How many goals each person has yet to reach until then,
             (K + 1, n): 1 on the way to it, 0 or less afterwards.
+        robot_goal: The goal of the first robot with its tolerances, (x, y, yaw,
+            tolerance, yaw tolerance); None without a goal.
         result: The result of the trial from the instant to its end; None if it
             was not asked for.
     """
@@ -63,6 +65,7 @@ class Future:
     work: Array
     goals: Array
     goals_left: Array
+    robot_goal: tuple[float, ...] | None
     result: TrialResult | None
 
     @cached_property
@@ -222,6 +225,13 @@ class _Log:
         aims = self._aims.indices(self._diagram, context)
         self._rows.append((context.get_time(), humans, aims, forces, robots))
 
+    def _robot_goal(self) -> tuple[float, ...] | None:
+        robot = robot_parts(self._diagram.scenario)[0].scenario.robot
+        if robot.goal is None:
+            return None
+        tolerances = robot.goal_tolerance, robot.goal_yaw_tolerance
+        return (*map(float, robot.goal), *tolerances)
+
     def future(self, result: TrialResult | None) -> Future:
         """Returns what was kept."""
         times, humans, aims, forces, robots = zip(*self._rows, strict=True)
@@ -244,6 +254,7 @@ class _Log:
             work=np.abs(power),
             goals=self._aims.goals,
             goals_left=self._aims.left(np.array(aims)),
+            robot_goal=self._robot_goal(),
             result=result,
         )
 
