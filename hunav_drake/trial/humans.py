@@ -172,7 +172,8 @@ def MakeHumans(
         recorded = RecordedPeople(
             tracks, humans, num_robots=num_robots, time_step=time_step
         )
-    if traffic is not None or recorded is not None or options.get("may_leave"):
+    may_leave = bool(options.get("may_leave")) and len(humans) > 0
+    if traffic is not None or recorded is not None or may_leave:
         from hunav_drake.systems.behavior.open_behavior_tree import (
             OpenBehaviorTree,
         )

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import (
@@ -172,8 +173,6 @@ def test_without_a_robot_is_a_crowd_of_no_robots():
     diagram, context = at(scenario, 0.0)
     future = Fork(scenario, diagram, context, until=10.0).Run(RobotGone())
     assert future.robots == {}
-    from pydrake.systems.analysis import Simulator
-
     alone = MakeHumans(scenario.humans, num_robots=0)
     simulator = Simulator(alone)
     simulator.AdvanceTo(10.0)

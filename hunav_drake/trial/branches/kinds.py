@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 import json
 from typing import Any
+import warnings
 
 from pydrake.systems.framework import Context, Diagram
 
@@ -171,7 +172,10 @@ def changed_scenario(scenario: Scenario, branch: Branch) -> Scenario:
     overrides = branch.overrides(scenario)
     if not overrides:
         return scenario
-    return LoadScenario(data=SaveScenario(scenario), overrides=overrides)
+    with warnings.catch_warnings():
+        # Doubts were told when the scenario itself was loaded.
+        warnings.simplefilter("ignore", UserWarning)
+        return LoadScenario(data=SaveScenario(scenario), overrides=overrides)
 
 
 def _planner(scenario: Scenario, robot: str, choice: Any) -> str:
