@@ -367,7 +367,10 @@ def _roots(a: Array, b: Array, c: Array) -> tuple[Array, Array]:
         root = np.sqrt(np.where(square > 0, square, np.nan))
         # This form of the roots avoids cancellation.
         q = -(b + np.copysign(root, b)) / 2
-        return q / a, c / q
+        first, second = (
+            np.where(np.isfinite(u), u, np.nan) for u in (q / a, c / q)
+        )
+    return first, second
 
 
 def _length_of_union(begin: Array, end: Array) -> float:
