@@ -5,9 +5,12 @@ from typing import Any
 
 from hunav_drake.report.environment import write_page
 from hunav_drake.report.figures import make_figure
-from hunav_drake.report.plots.branches import plot_branches, plot_delays
+from hunav_drake.report.plots.branches import (
+    branches_height,
+    plot_branches,
+    plot_delays,
+)
 from hunav_drake.report.plots.style import COLUMN
-from hunav_drake.report.plots.trajectories import trajectories_height
 from hunav_drake.report.tables import (
     Cell,
     MetricRows,
@@ -118,14 +121,13 @@ def _metrics(branches: Branches) -> Table:
 
 
 def _figures(branches: Branches) -> list[Any]:
-    height = trajectories_height(branches[SAME].recording)
     figures = [
         make_figure(
             "branches",
             "The ways of the robots (thick) and of the people (thin) in each"
             " branch, from the instant on. Dots are where they are then, stars"
             " the robots' goals.",
-            (COLUMN, height + 0.2),
+            (COLUMN, branches_height(branches)),
             lambda ax: plot_branches(branches, ax=ax),
             layout="compressed",
         )

@@ -5,12 +5,14 @@ from typing import Any
 import numpy as np
 
 from hunav_drake.report.plots.style import (
+    COLUMN,
     Axes,
     legend_outside,
     line_styles,
     new_axes,
     shown,
 )
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.trial.branches.run import SAME, Branches
@@ -42,9 +44,38 @@ def plot_branches(branches: Branches, *, ax: Axes | None = None) -> Axes:
     for it in recording.robots:
         if it.goal is not None:
             ax.plot(*it.goal[:2], "*", ms=9, mfc="white", mec="black", mew=0.8)
-    ax.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    low, high = _frame(branches)
+    ax.set(
+        xlabel="x (m)",
+        ylabel="y (m)",
+        aspect="equal",
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+    )
     legend_outside(ax, columns=3)
     return ax
+
+
+def branches_height(branches: Branches) -> float:
+    """Returns the height of a figure for `plot_branches`, in inches."""
+    low, high = _frame(branches)
+    width, height = high - low
+    return float(min(0.85 * COLUMN * height / width, 1.3 * COLUMN)) + 0.8
+
+
+def _frame(branches: Branches) -> tuple[Array, Array]:
+    """Returns the corners of the map, with a margin, in meters."""
+    points = [
+        rows[..., [X, Y]].reshape(-1, 2)
+        for future in branches.futures.values()
+        for rows in (future.humans, *future.robots.values())
+    ]
+    robots = branches[SAME].recording.robots
+    goals = [it.goal[:2] for it in robots if it.goal is not None]
+    every = np.concatenate([*points, np.reshape(goals, (-1, 2))])
+    low, high = np.nanmin(every, axis=0), np.nanmax(every, axis=0)
+    margin = 0.6 + 0.03 * float((high - low).max())
+    return low - margin, high + margin
 
 
 def plot_delays(branches: Branches, *, ax: Axes | None = None) -> Axes:
