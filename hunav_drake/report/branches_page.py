@@ -64,7 +64,6 @@ def WriteBranchesPage(
         replay=None,
         left_out={},
         duplicates=[],
-        texts={name: text for name, text in branches.texts.items() if text},
         totals=_totals(branches),
         people=_people(branches),
         metrics=_metrics(branches),

@@ -68,6 +68,11 @@ class Future:
     robot_goal: tuple[float, ...] | None
     result: TrialResult | None
 
+    @property
+    def robot(self) -> Array:
+        """The states of the first robot that is there, (K + 1, 7)."""
+        return next(iter(self.robots.values()))
+
     @cached_property
     def arrivals(self) -> Array:
         """When each person arrives, (n,), in seconds; NaN for never.

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 import math
-from typing import Literal
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram
@@ -24,9 +25,6 @@ from hunav_drake.trial.result import TrialResult, with_values
 # meters.
 NEIGHBOUR = 3.6
 
-# Ratios to motions with less jerk than this say nothing, in m/s.
-_LEAST_JERK = 0.1
-
 # CrowdBot: Grzeskowiak et al., "Crowd against the machine", 2021; extra times:
 # Francis et al., "Principles and guidelines for evaluating social robot
 # navigation algorithms", 2023.
@@ -39,12 +37,10 @@ LeftOut = Literal["people", "robot"]
 PairedFunction = Callable[[Future, Future], float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PairedMetric:
+class PairedMetric(NamedTuple):
     """A metric of two futures from one instant.
 
     Attributes:
-        name: Its name in tables and files.
         unit: Its unit; "-" for ratios.
         direction: Whether lower or higher values are better, or neither.
         source: The origin of its definition.
@@ -53,7 +49,6 @@ class PairedMetric:
         definition: Its description.
     """
 
-    name: str
     unit: str
     direction: Direction
     source: str
@@ -67,17 +62,13 @@ PAIRED_METRICS: dict[str, PairedMetric] = {}
 
 
 def register_paired_metric(
-    name: str,
-    unit: str,
-    direction: Direction,
-    source: str,
-    left_out: LeftOut,
-    definition: str = "",
+    name: str, unit: str, direction: Direction, source: str, left_out: LeftOut
 ) -> Callable[[PairedFunction], PairedFunction]:
     """Registers a function of two futures as a metric.
 
     It gets the trial from an instant on, and the same trial without the people,
-    or without the robot, and returns a number, NaN for no value.
+    or without the robot, and returns a number, NaN for no value. Its docstring
+    is the definition.
 
     Args:
         name: Its name in tables and files.
@@ -85,7 +76,6 @@ def register_paired_metric(
         direction: Whether "lower" or "higher" is better, or "none".
         source: The origin of its definition.
         left_out: Who is not there in the second future.
-        definition: Its description; by default the function's docstring.
 
     Returns:
         A decorator that returns the function unchanged.
@@ -96,25 +86,22 @@ def register_paired_metric(
 
     def register(function: PairedFunction) -> PairedFunction:
         known = PAIRED_METRICS.get(name)
-        if known is not None and known.function.__module__ != (
-            function.__module__
-        ):
+        if known and _home(known.function) != _home(function):
             raise ValueError(
                 f"a paired metric named {name!r} is registered already; choose"
                 " another name"
             )
+        text = " ".join((function.__doc__ or "").split())
         PAIRED_METRICS[name] = PairedMetric(
-            name=name,
-            unit=unit,
-            direction=direction,
-            source=source,
-            left_out=left_out,
-            function=function,
-            definition=" ".join((definition or function.__doc__ or "").split()),
+            unit, direction, source, left_out, function, text
         )
         return function
 
     return register
+
+
+def _home(function: PairedFunction) -> str:
+    return str(getattr(function, "__module__", ""))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -221,46 +208,31 @@ def with_relative(result: TrialResult, relative: Relative) -> TrialResult:
 
 def neighbours(future: Future) -> Mask:
     """Returns who comes within `NEIGHBOUR` of the robot, shape (n,)."""
-    near: Mask = (surface_gaps(_robot(future), future.humans) < NEIGHBOUR).any(
-        axis=0
-    )
+    gaps = surface_gaps(future.robot, future.humans)
+    near: Mask = (gaps < NEIGHBOUR).any(axis=0)
     return near
 
 
-def _robot(future: Future) -> Array:
-    """Returns the states of the first robot, (K + 1, 7)."""
-    return next(iter(future.robots.values()))
-
-
-def _at_goal(future: Future) -> int:
-    """Returns the first step at which the robot is at its goal, or -1."""
-    if future.robot_goal is None:
-        return -1
-    x, y, yaw, *tolerances = future.robot_goal
-    robot = _robot(future)
-    there = is_at_goal(
-        tuple(robot[:, : YAW + 1].T),
-        (x, y, yaw),
-        tolerance=tolerances[0],
-        yaw_tolerance=tolerances[1],
-    )
-    return int(np.argmax(there)) if np.any(there) else -1
-
-
-def _of_robot(future: Future) -> tuple[float, float, float]:
+def of_robot(future: Future) -> tuple[float, float, float]:
     """Returns time, path and jerk of the robot to its goal; NaN for never."""
-    last = _at_goal(future)
-    if last < 0:
+    if future.robot_goal is None:
         return math.nan, math.nan, math.nan
-    robot, times = _robot(future)[: last + 1], future.times[: last + 1]
-    way = np.diff(robot[:, : Y + 1], axis=0)
-    speed = robot[:, VX] * np.cos(robot[:, YAW])
-    speed = speed + robot[:, VY] * np.sin(robot[:, YAW])
-    return (
-        float(times[-1] - times[0]),
-        float(np.hypot(*way.T).sum()),
-        _jerk(speed[:, None], times),
+    x, y, yaw, tolerance, yaw_tolerance = future.robot_goal
+    there = is_at_goal(
+        tuple(future.robot[:, : YAW + 1].T),
+        (x, y, yaw),
+        tolerance=tolerance,
+        yaw_tolerance=yaw_tolerance,
     )
+    if not np.any(there):
+        return math.nan, math.nan, math.nan
+    steps = slice(0, int(np.argmax(there)) + 1)
+    robot, times = future.robot[steps], future.times[steps]
+    way = np.diff(robot[:, : Y + 1], axis=0)
+    heading = np.array([np.cos(robot[:, YAW]), np.sin(robot[:, YAW])]).T
+    speed = (robot[:, VX : VY + 1] * heading).sum(axis=1, keepdims=True)
+    time, path = float(times[-1] - times[0]), float(np.hypot(*way.T).sum())
+    return time, path, _jerk(speed, times)
 
 
 def _jerk(velocity: Array, times: Array) -> float:
@@ -270,11 +242,7 @@ def _jerk(velocity: Array, times: Array) -> float:
     return float(np.linalg.norm(np.diff(acceleration, axis=0), axis=1).sum())
 
 
-def _ratio(value: float, reference: float, least: float = 0.0) -> float:
-    return value / reference if reference > least else math.nan
-
-
-def _of_people(future: Future) -> Array:
+def of_people(future: Future) -> Array:
     """Returns time, path and jerk of people until they arrive, (3, n)."""
     jerks = np.full(len(future.goals), math.nan)
     for i, arrival in enumerate(future.arrivals):
@@ -287,89 +255,58 @@ def _of_people(future: Future) -> Array:
     return np.array([found["time"], found["path"], jerks])
 
 
-def _compare_people(with_: Future, without: Future) -> tuple[Array, Array]:
-    """Returns both values of time, path and jerk of neighbours, (3, m) each."""
-    near = neighbours(with_)
-    return _of_people(with_)[:, near], _of_people(without)[:, near]
-
-
 def _mean(values: Array, nobody: float) -> float:
     """Returns the mean of numbers, without NaN; `nobody` without neighbours."""
+    known = values[~np.isnan(values)]
     if not values.size:
         return nobody
-    known = values[~np.isnan(values)]
     return float(known.mean()) if known.size else math.nan
 
 
-@register_paired_metric(
-    "aggregated_time", "s", "lower", _FRANCIS, left_out="robot"
-)
+@register_paired_metric("aggregated_time", "s", "lower", _FRANCIS, "robot")
 def aggregated_time(with_: Future, without: Future) -> float:
     """The sum of the extra times of the neighbours until they arrive."""
-    value, other = _compare_people(with_, without)
-    return float(np.nansum(value[0] - other[0]))
+    extra = with_.arrivals - without.arrivals
+    return float(np.nansum(extra[neighbours(with_)]))
 
 
-def _register(row: int, name: str, unit: str) -> None:
-    """Registers the ratios and differences of a row of values."""
-    least = _LEAST_JERK if name == "jerk" else 0.0
-    robot_name = {"time": "time_to_goal", "path": "path_length"}.get(name, name)
+def _robot(row: int, is_ratio: bool, with_: Future, without: Future) -> float:
+    """Returns the ratio alone / in the crowd, or the difference."""
+    own, alone = of_robot(with_)[row], of_robot(without)[row]
+    if not is_ratio:
+        return own - alone
+    return alone / own if own > _LEAST[row] else math.nan
 
-    def robot_ratio(with_: Future, without: Future) -> float:
-        return _ratio(_of_robot(without)[row], _of_robot(with_)[row], least)
 
-    def robot_difference(with_: Future, without: Future) -> float:
-        return _of_robot(with_)[row] - _of_robot(without)[row]
+def _crowd(row: int, is_ratio: bool, with_: Future, without: Future) -> float:
+    """Returns the mean ratio with / without the robot, or the difference."""
+    near = neighbours(with_)
+    own, gone = (of_people(it)[row, near] for it in (with_, without))
+    if not is_ratio:
+        return _mean(own - gone, 0.0)
+    return _mean(own / np.where(gone > _LEAST[row], gone, math.nan), 1.0)
 
-    def crowd_ratio(with_: Future, without: Future) -> float:
-        value, other = _compare_people(with_, without)
-        good = np.where(other[row] > least, other[row], math.nan)
-        return _mean(value[row] / good, 1.0)
 
-    def crowd_difference(with_: Future, without: Future) -> float:
-        value, other = _compare_people(with_, without)
-        return _mean(value[row] - other[row], 0.0)
+# The smallest values of time, path and jerk to which ratios mean something.
+_LEAST = (0.0, 0.0, 0.1)
 
-    words = {"time": "time", "path": "length of the path"}.get(
-        name, "integral of |jerk|"
-    )
-
-    def register(
-        key: str,
-        own_unit: str,
-        direction: Direction,
-        left_out: LeftOut,
-        definition: str,
-    ) -> Callable[[PairedFunction], PairedFunction]:
-        return register_paired_metric(
-            key, own_unit, direction, _CROWDBOT, left_out, definition
+_ROWS = (
+    ("time", "time_to_goal", "s"),
+    ("path", "path_length", "m"),
+    ("jerk", "jerk", "m/s^2"),
+)
+for _row, (_of_crowd, _of_robot, _unit) in enumerate(_ROWS):
+    for _name, _is_ratio, _better, _left_out, _function in (
+        (f"relative_{_of_robot}", True, "higher", "people", _robot),
+        (f"{_of_robot}_difference", False, "lower", "people", _robot),
+        (f"crowd_relative_{_of_crowd}", True, "lower", "robot", _crowd),
+        (f"crowd_{_of_crowd}_difference", False, "lower", "robot", _crowd),
+    ):
+        PAIRED_METRICS[_name] = PairedMetric(
+            "-" if _is_ratio else _unit,
+            cast(Direction, _better),
+            _CROWDBOT,
+            cast(LeftOut, _left_out),
+            partial(_function, _row, _is_ratio),
+            f"{_of_crowd}: {(_function.__doc__ or '').split(maxsplit=1)[1]}",
         )
-
-    robots = f"The {words} of the robot to its goal,"
-    people = f"The {words} of a neighbour until the arrival, with the robot"
-    register(
-        f"relative_{robot_name}",
-        *("-", "higher", "people"),
-        f"{robots} alone / in the crowd.",
-    )(robot_ratio)
-    register(
-        f"{robot_name}_difference",
-        *(unit, "lower", "people"),
-        f"{robots} in the crowd - alone.",
-    )(robot_difference)
-    register(
-        f"crowd_relative_{name}",
-        *("-", "lower", "robot"),
-        f"{people} / without; the mean.",
-    )(crowd_ratio)
-    register(
-        f"crowd_{name}_difference",
-        *(unit, "lower", "robot"),
-        f"{people} - without; the mean.",
-    )(crowd_difference)
-
-
-for _row, (_name, _unit) in enumerate(
-    (("time", "s"), ("path", "m"), ("jerk", "m/s^2"))
-):
-    _register(_row, _name, _unit)

@@ -1,10 +1,10 @@
 """Runs branches of a trial from one instant, and compares them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pydrake.systems.framework import Context, Diagram
 
@@ -55,7 +55,6 @@ class Branches:
         reference: The name of the branch that others are compared with.
         human_names: The names of the people.
         futures: The branches by name, at all steps.
-        texts: The changes of each branch, in words.
     """
 
     start: float
@@ -63,7 +62,6 @@ class Branches:
     reference: str
     human_names: tuple[str, ...]
     futures: Mapping[str, Future]
-    texts: Mapping[str, str]
 
     def __getitem__(self, name: str) -> TrialResult:
         """Returns the result of a branch.
@@ -87,28 +85,21 @@ class Branches:
             "censored" is 1 where the person did not arrive in one of both, so
             that there is no difference.
         """
-        rows = []
         others = self.futures[self.reference].quantities
-        for branch, future in self.futures.items():
-            for name, unit in QUANTITIES.items():
-                values = future.quantities[name]
-                for person, value, other in zip(
-                    self.human_names, values, others[name], strict=True
-                ):
-                    gap = float(value - other)
-                    rows.append(
-                        {
-                            "branch": branch,
-                            "person": person,
-                            "quantity": name,
-                            "unit": unit,
-                            "value": float(value),
-                            "reference": float(other),
-                            "difference": gap,
-                            "censored": int(math.isnan(gap)),
-                        }
-                    )
-        return pd.DataFrame(rows, columns=_COLUMNS)
+        rows = [
+            (branch, person, name, unit, value, other)
+            for branch, future in self.futures.items()
+            for name, unit in QUANTITIES.items()
+            for person, value, other in zip(
+                self.human_names,
+                future.quantities[name],
+                others[name],
+                strict=True,
+            )
+        ]
+        table = _compared(rows, ["branch", "person", "quantity", "unit"])
+        table["censored"] = table["difference"].isna().astype(int)
+        return table
 
     @property
     def totals(self) -> "pd.DataFrame":
@@ -139,24 +130,15 @@ class Branches:
             A row per branch and metric, with the "unit": "value", "reference",
             the one of the branch "same", and "difference".
         """
-        rows = []
         same = self[SAME].metrics
-        for branch, future in self.futures.items():
-            if not future.robots:
-                continue
-            for name, value in self[branch].metrics.items():
-                other = float(same.get(name, math.nan))
-                rows.append(
-                    {
-                        "branch": branch,
-                        "metric": name,
-                        "unit": unit_of(self[branch].metrics, str(name)),
-                        "value": float(value),
-                        "reference": other,
-                        "difference": float(value) - other,
-                    }
-                )
-        return pd.DataFrame(rows)
+        rows = [
+            (branch, name, unit_of(own, name), value, same.get(name, math.nan))
+            for branch, future in self.futures.items()
+            if future.robots
+            for own in [self[branch].metrics]
+            for name, value in own.items()
+        ]
+        return _compared(rows, ["branch", "metric", "unit"])
 
     def delays(self, branch: str) -> "pd.DataFrame":
         """Returns how late people are in a branch, over time, in seconds.
@@ -179,10 +161,12 @@ class Branches:
         )
 
 
-_COLUMNS = (
-    *("branch", "person", "quantity", "unit", "value", "reference"),
-    *("difference", "censored"),
-)
+def _compared(rows: Sequence[Any], keys: list[str]) -> "pd.DataFrame":
+    """Returns a table of keys, values and references, with differences."""
+    table = pd.DataFrame(rows, columns=[*keys, "value", "reference"])
+    table = table.astype({"value": float, "reference": float})
+    table["difference"] = table["value"] - table["reference"]
+    return table
 
 
 class Fork:
@@ -349,9 +333,8 @@ def RunBranches(
         digest = ContextDigest(diagram, context)
     except ValueError:
         digest = ""
-    futures, texts = {}, {}
+    futures = {}
     for name, branch in chosen.items():
-        texts[name] = str(branch) if name != SAME else ""
         try:
             future = fork.Run(branch)
         except PlannerError as error:
@@ -362,7 +345,7 @@ def RunBranches(
         if future.result is not None:
             future.result.provenance.update(
                 branch=name,
-                branch_text=texts[name],
+                branch_text=str(branch),
                 from_time=repr(fork.start),
                 from_context_sha256=digest,
             )
@@ -373,5 +356,4 @@ def RunBranches(
         reference=reference,
         human_names=fork.names,
         futures=futures,
-        texts=texts,
     )

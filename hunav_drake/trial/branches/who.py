@@ -1,6 +1,6 @@
 """Tells who delayed whom, by leaving people and robots out."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 import itertools
 import math
 from typing import TYPE_CHECKING, Literal
@@ -122,7 +122,9 @@ def _without_one(game: _Game, players: Sequence[str], n: int) -> Array:
 def _exact(game: _Game, players: Sequence[str], n: int) -> Array:
     """Returns the mean of each effect over all orders of the others."""
     table = np.full((len(players), n), np.nan)
-    for i, j in _pairs(players, n):
+    for i, j in itertools.product(range(n), range(len(players))):
+        if i == j:
+            continue
         others = [it for k, it in enumerate(players) if k not in (i, j)]
         total = 0.0
         for size in range(len(others) + 1):
@@ -152,14 +154,6 @@ def _drawn(
     table /= len(orders)
     table[range(n), range(n)] = np.nan
     return table
-
-
-def _pairs(players: Sequence[str], n: int) -> Iterator[tuple[int, int]]:
-    """Yields whom (i) and by whom (j), by their rows."""
-    for i in range(n):
-        for j in range(len(players)):
-            if i != j:
-                yield i, j
 
 
 def _orders(size: int, number: int, seed: int) -> list[Sequence[int]]:
