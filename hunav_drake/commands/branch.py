@@ -1,6 +1,7 @@
 """The commands `hunav branch` and `hunav who`."""
 
 import argparse
+import contextlib
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,13 +34,18 @@ def add_branch_options(branch: argparse.ArgumentParser) -> None:
     )
     branch.set_defaults(function=_branch)
     _add_instant(branch)
-    branch.add_argument(
-        "--planner",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="a branch with this planner; may be repeated, as all below",
-    )
+    for name, value, text in (
+        ("planner", "NAME", "with this planner"),
+        ("without", "PERSON", "in which this person is gone"),
+        ("with", "KEY=VALUE", "with another setting: crowd.robot_gap=0.2"),
+    ):
+        branch.add_argument(
+            f"--{name}",
+            action="append",
+            default=[],
+            metavar=value,
+            help=f"a branch {text}; may be repeated",
+        )
     branch.add_argument(
         "--robot",
         action="append",
@@ -48,33 +54,17 @@ def add_branch_options(branch: argparse.ArgumentParser) -> None:
         help="a branch in which the robot is gone, or stands",
     )
     branch.add_argument(
-        "--without",
-        action="append",
-        default=[],
-        metavar="PERSON",
-        help="a branch in which this person is gone",
-    )
-    branch.add_argument(
-        "--with",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="a branch with another setting, as crowd.robot_gap=0.2",
-    )
-    branch.add_argument(
         "--of",
         metavar="ROBOT",
         default="",
-        help="the robot of these branches, if there are several (default: the"
-        " first)",
+        help="which of several robots (default: the first)",
     )
     branch.add_argument(
         "--reference",
         metavar="BRANCH",
         default="robot gone",
-        help="the branch with which people are compared: 'robot gone' (the"
-        " default), same, or another one by its name in the table",
+        help="the branch with which people are compared, by its name in the"
+        " table (default: robot gone)",
     )
 
 
@@ -144,15 +134,12 @@ def _add_instant(parser: argparse.ArgumentParser) -> None:
 
 
 def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(
-            f"must be a time in seconds, not negative, got {text!r}"
-        )
-    return value
+    with contextlib.suppress(ValueError):
+        if 0 <= float(text) < math.inf:
+            return float(text)
+    raise argparse.ArgumentTypeError(
+        f"must be a time in seconds, not negative, got {text!r}"
+    )
 
 
 def _branch(options: argparse.Namespace) -> int:
@@ -175,7 +162,7 @@ def _branch(options: argparse.Namespace) -> int:
         **{it: WithPlanner(it, robot=of) for it in options.planner},
         **{f"robot {it}": robots[it] for it in options.robot},
         **{f"without {it}": WithoutPerson(it) for it in options.without},
-        **{it: WithSettings((it,)) for it in options.settings},
+        **{it: WithSettings((it,)) for it in getattr(options, "with")},
     }
     if not branches:
         branches["robot stands"] = robots["stands"]
@@ -216,20 +203,17 @@ def _who(options: argparse.Namespace) -> int:
             permutations=None if few else options.shapley,
             goal=options.goal,
         )
-    if options.out is not None:
-        path = options.out / "who.csv"
-        with output_errors(options.out):
-            table.to_csv(path, float_format="%.12g")
-    how = (
-        "Shapley values: a column adds up to what all delay a person."
-        if options.shapley
-        else "Without one at a time: effects overlap, so columns do not add up."
-    )
+    how = "Without one at a time: effects overlap, so columns do not add up."
+    if options.shapley:
+        how = "Shapley values: a column adds up to what all delay a person."
     print("By how much the person of a column arrives later because of whom")
     print(f"the row names, in seconds.\n\n{_text(table)}\n\n{how}")
     if table.isna().all().any():
         print("No value: the person does not arrive by then; see --until.")
     if options.out is not None:
+        path = options.out / "who.csv"
+        with output_errors(options.out):
+            table.to_csv(path, float_format="%.12g")
         print(f"Wrote the table to {path}")
     return DONE
 
@@ -298,34 +282,30 @@ def _keep(made: "Branches", scenario: "Scenario", out: Path) -> list[str]:
 
 
 def _print(made: "Branches") -> None:
+    from hunav_drake.trial.result import how_it_ended
+
     times = made.people[made.people["quantity"] == "time"]
-    late = times.pivot_table(
-        index="branch",
-        columns="person",
-        values="difference",
-        sort=False,
-        dropna=False,
-    ).reindex(index=list(made.futures), columns=list(made.human_names))
+    late = times.pivot(index="branch", columns="person", values="difference")
+    late = late.loc[[*made.futures], [*made.human_names]]
     print(
         f"From {made.start:g} s until {made.until:g} s, compared with"
         f" {made.reference!r}\n\nExtra time of each person until the arrival, s"
         f"\n\n{_text(late)}\n\nSums over people\n\n{_text(made.totals)}"
+        "\n\nThe robot"
     )
-    ends = [
-        f"  {name}: {future.result.end_reason} after"
-        f" {future.result.end_time:.2f} s"
-        for name, future in made.futures.items()
-        if future.result is not None and future.robots
-    ]
-    print("\nThe robot\n" + "\n".join(ends))
+    for name, future in made.futures.items():
+        if future.robots:
+            print(f"  {name}: {how_it_ended(made[name])}")
 
 
 def _text(table: Any) -> str:
     """Returns a table for the terminal."""
     # (Adding 0 takes away the sign of what rounds to 0.)
-    rounded = table.astype(float).round(3) + 0.0
-    if "people" in rounded:
-        rounded["people"] = rounded["people"].map("{:.0f}".format)
+    rounded = table.round(3) + 0.0
     rounded.index.name = rounded.columns.name = None
-    text: str = rounded.to_string(na_rep="-", float_format="{:.3f}".format)
+    text: str = rounded.to_string(
+        na_rep="-",
+        float_format="{:.3f}".format,
+        formatters={"people": "{:.0f}".format},
+    )
     return text
