@@ -270,7 +270,7 @@ def _keep(made: "Branches", scenario: "Scenario", out: Path) -> list[str]:
             out / "branches.csv", index=False, float_format="%.12g"
         )
         for name, future in made.futures.items():
-            if future.result is not None and future.robots:
+            if future.result is not None:
                 WriteResult(future.result, out, label=name)
         page = WriteBranchesPage(
             made, out / "branches.html", scenario.name or "trial"

@@ -250,6 +250,8 @@ def test_results_are_of_the_time_from_the_instant_to_the_end():
         assert made.futures[name].times[-1] == 30.0
         assert result.provenance["branch"] == name
     assert made["same"].provenance["from_context_sha256"]
+    with pytest.raises(KeyError, match="has no robot, and so no result"):
+        made["robot gone"]
     assert made["dwb"].provenance["planner"] == "dwb"
     assert set(made.metrics["branch"]) == {"same", "dwb"}
     people = made.people
@@ -370,6 +372,11 @@ def test_one_of_several_robots_and_people_of_sources():
     )
     assert second not in made.futures["robot gone"].robots
     assert first in made.futures["robot gone"].robots
+    table = made.metrics
+    own = table[table["branch"] == "robot gone"]["metric"]
+    assert {it.partition(".")[0] for it in own} == {
+        part.name for part in scenario.robots if part.name != second
+    }
     same, other = made["same"], made["dwb"]
     assert (
         other.provenance["scenario_sha256"]

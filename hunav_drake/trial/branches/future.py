@@ -55,7 +55,7 @@ class Future:
         robot_goal: The goal of the first robot with its tolerances, (x, y, yaw,
             tolerance, yaw tolerance); None without a goal.
         result: The result of the trial from the instant to its end; None if it
-            was not asked for.
+            was not asked for, or if there is no robot.
     """
 
     times: Array
@@ -283,7 +283,7 @@ def RunFuture(
         until: The time until which it runs, in seconds.
         aims: The goals of people.
         robots_left: The names of the robots that are there.
-        whole: Whether to compute forces and the result.
+        whole: Whether to compute forces, and the result if there is a robot.
 
     Raises:
         PlannerError: If a planner fails.
@@ -293,7 +293,7 @@ def RunFuture(
     log = _Log(diagram, gone, aims, forces=whole)
     log.Take(context, first=True)
     result = None
-    if whole:
+    if whole and robots_left:
         # The result is that of the end; people go on.
         context = _advance(diagram, context, until, log, ends=True)
         result = GetTrialResult(scenario, diagram, context, since=start)

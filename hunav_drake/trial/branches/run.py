@@ -67,10 +67,14 @@ class Branches:
         """Returns the result of a branch.
 
         Raises:
-            KeyError: If there is no such branch.
+            KeyError: If there is no such branch, or it has no robot.
         """
         result = self.futures[name].result
-        assert result is not None
+        if result is None:
+            raise KeyError(
+                f"the branch {name!r} has no robot, and so no result; see"
+                " people, and futures"
+            )
         return result
 
     @cached_property
@@ -126,6 +130,8 @@ class Branches:
     def metrics(self) -> "pd.DataFrame":
         """The metrics of each branch that has a robot, [instant, end].
 
+        Where one of several robots is gone, they are those of the others.
+
         Returns:
             A row per branch and metric, with the "unit": "value", "reference",
             the one of the branch "same", and "difference".
@@ -137,6 +143,8 @@ class Branches:
             if future.robots
             for own in [self[branch].metrics]
             for name, value in own.items()
+            if len(future.robots) == len(self.futures[SAME].robots)
+            or str(name).startswith(tuple(f"{it}." for it in future.robots))
         ]
         return _compared(rows, ["branch", "metric", "unit"])
 
