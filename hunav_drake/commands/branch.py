@@ -192,6 +192,8 @@ def _who(options: argparse.Namespace) -> int:
     from hunav_drake.trial.branches.who import MOST_EXACT, WhoDelayedWhom
 
     scenario, diagram, context = _fork(options)
+    if not diagram.humans:
+        raise InputError("the scenario has no people who could be delayed")
     few = len(diagram.humans) <= MOST_EXACT
     with input_errors(ValueError):
         table = WhoDelayedWhom(
@@ -286,13 +288,15 @@ def _print(made: "Branches") -> None:
 
     times = made.people[made.people["quantity"] == "time"]
     late = times.pivot(index="branch", columns="person", values="difference")
-    late = late.loc[[*made.futures], [*made.human_names]]
-    print(
-        f"From {made.start:g} s until {made.until:g} s, compared with"
-        f" {made.reference!r}\n\nExtra time of each person until the arrival, s"
-        f"\n\n{_text(late)}\n\nSums over people\n\n{_text(made.totals)}"
-        "\n\nThe robot"
-    )
+    late = late.reindex([*made.futures], columns=[*made.human_names])
+    print(f"From {made.start:g} s until {made.until:g} s\n")
+    if made.human_names:
+        print(
+            "Extra time of each person until the arrival, compared with"
+            f" {made.reference!r}, s\n\n{_text(late)}\n\nSums over people"
+            f"\n\n{_text(made.totals)}\n"
+        )
+    print("The robot")
     for name, future in made.futures.items():
         if future.robots:
             print(f"  {name}: {how_it_ended(made[name])}")

@@ -153,9 +153,6 @@ class OpenCrowd(HumanCrowd):
                 these people.
         """
         n = len(humans)
-        if traffic is None:
-            nobody = np.full(n, -1), np.zeros((n, 2))
-            traffic = Traffic((), (), *nobody)
         self._first_rows = np.zeros((n, TRACK_SIZE))
         if tracks is not None:
             self._first_rows = np.array(tracks, dtype=float)
@@ -165,6 +162,11 @@ class OpenCrowd(HumanCrowd):
                     f" {self._first_rows.shape}"
                 )
         self._bodies = np.array([human.contact_radius for human in humans])
+        # Without doors and tracks, steps are those of a HumanCrowd, to the bit.
+        self._in_one = traffic is None and tracks is None
+        if traffic is None:
+            nobody = np.full(n, -1), np.zeros((n, 2))
+            traffic = Traffic((), (), *nobody)
         self._doors = Doors(humans, traffic, time_step)
         HumanCrowd.__init__(
             self,
@@ -327,8 +329,20 @@ class OpenCrowd(HumanCrowd):
         stances = self._GetStances(context).copy()
         robots = self._GetRobots(context)
         touches = np.zeros((len(robots), len(states), TOUCH_SIZE))
-        rows, step, snapshot = self._LookAtPresent(context)
-        stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
+        if self._in_one:
+            rows = np.flatnonzero(~is_outside(states))
+            stepped = self._step.of(rows, in_one=True).take(
+                states[rows],
+                self._commands.Eval(context).reshape(-1, COMMAND_SIZE)[rows],
+                robots,
+                self.GetWeights(context)[rows],
+                stances[rows],
+            )
+        else:
+            rows, step, snapshot = self._LookAtPresent(context)
+            stepped = step.advance(
+                snapshot, step.forces(snapshot), stances[rows]
+            )
         states[rows], stances[rows], touched = stepped
         touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
         return states.ravel(), stances.ravel(), touches.ravel()

@@ -30,7 +30,10 @@ from hunav_drake.trial.branches.kinds import Branch
 from hunav_drake.trial.branches.run import SAME, Fork
 from tests.planners import NAMES, planner_override
 
-FAST = [("crossing", "pursuit"), ("cafe", "dwb"), ("fleet", "pursuit")]
+FAST = [
+    *(("crossing", "pursuit"), ("passing", "orca")),
+    *(("cafe", "dwb"), ("fleet", "pursuit")),
+]
 PHYSICAL = ("robot.type=pmb2",)
 
 
