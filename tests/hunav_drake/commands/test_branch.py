@@ -101,3 +101,30 @@ def test_words_are_checked(hunav, words, told, capsys):
         hunav(*words)
     assert caught.value.code == 2
     assert told in capsys.readouterr().err
+
+
+def test_nobody_is_there(hunav, tmp_path):
+    code, out, _ = hunav(
+        *("branch", "free_run", "--at", "1", "--until", "4"),
+        *("--robot", "stands", "--out", tmp_path),
+    )
+    assert code == 0
+    assert "Extra time" not in out
+    assert "robot stands: ended after 4.00 s" in out
+    assert (tmp_path / "branches.html").read_text().count("<svg") == 1
+    code, _, err = hunav("who", "free_run")
+    assert code == 2
+    assert "has no people" in err
+
+
+def test_values_of_encounters_are_no_headline(hunav):
+    code, out, _ = hunav(
+        "run", "crossing", "--set", "evaluator.encounters=true"
+    )
+    assert code == 0
+    assert "path_length" in out
+    assert "time_in_personal" not in out
+    code, out, _ = hunav(
+        "run", "crossing", "--set", "evaluator.encounters=true", "--all"
+    )
+    assert "time_in_personal" in out
