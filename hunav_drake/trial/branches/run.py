@@ -256,6 +256,7 @@ class Fork:
             until=self.until,
             aims=self._aims,
             robots_left=self.robots,
+            whole=False,
         )
 
     def CheckSame(self, original: Future, same: Future) -> None:
