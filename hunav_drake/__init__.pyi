@@ -1,5 +1,6 @@
 from .editor.entry import EditScenario as EditScenario
 from .hunavsim.services import AgentServices as AgentServices
+from .report.branches_page import WriteBranchesPage as WriteBranchesPage
 from .report.plots import (
     find_approaches as find_approaches,
     plot_behavior_activity as plot_behavior_activity,
@@ -36,12 +37,27 @@ from .scenario import (
     Scenario as Scenario,
     ScenarioError as ScenarioError,
 )
+from .systems.evaluation.encounters import find_encounters as find_encounters
 from .systems.evaluation.situations import FindSituations as FindSituations
 from .systems.people import HumanConfig as HumanConfig
 from .systems.people.tracks import Tracks as Tracks
 from .systems.planning.planner_error import PlannerError as PlannerError
 from .systems.robot import AddBodyState as AddBodyState
 from .tracks.files import ReadTracks as ReadTracks, WriteTracks as WriteTracks
+from .trial.branches.kinds import (
+    RobotGone as RobotGone,
+    RobotStands as RobotStands,
+    Without as Without,
+    WithoutPerson as WithoutPerson,
+    WithPlanner as WithPlanner,
+    WithSettings as WithSettings,
+)
+from .trial.branches.relative import (
+    CompareAlone as CompareAlone,
+    register_paired_metric as register_paired_metric,
+)
+from .trial.branches.run import Branches as Branches, RunBranches as RunBranches
+from .trial.branches.who import WhoDelayedWhom as WhoDelayedWhom
 from .trial.context_file import (
     LoadContext as LoadContext,
     SaveContext as SaveContext,
@@ -53,6 +69,11 @@ from .trial.humans import (
     HumanOptions as HumanOptions,
     HumanPorts as HumanPorts,
     MakeHumans as MakeHumans,
+)
+from .trial.leaving import (
+    LeaveOut as LeaveOut,
+    SetRobotCommand as SetRobotCommand,
+    TakeRobotAway as TakeRobotAway,
 )
 from .trial.result import TrialResult as TrialResult
 from .trial.seeds import (

@@ -47,6 +47,8 @@ _COMMANDS = {
         "situations",
         "tell what a robot met in a recording, and when",
     ),
+    "branch": ("branch", "run a trial on in several ways from one instant"),
+    "who": ("branch", "tell who delayed whom in a trial"),
     "metrics": ("metrics", "list and explain the metrics"),
     "report": ("report", "make a report on all runs of a folder"),
     "render": ("render", "make a film or a picture of a recorded run"),

@@ -19,6 +19,7 @@ from hunav_drake.trial.result import (
     EndReason,
     MakeTrialResult,
     TrialResult,
+    with_encounters,
     with_situations,
 )
 
@@ -35,6 +36,7 @@ def evaluate_file(
     walls: str | None = None,
     reference: Path | None = None,
     situations: bool = False,
+    encounters: bool = False,
 ) -> TrialResult:
     """Computes the metrics of a recording, with options of `hunav evaluate`.
 
@@ -87,7 +89,8 @@ def evaluate_file(
         robot_ends=ends if recording.others else {},
         end_time=float(recording.times[-1] - recording.times[0]),
     )
-    return with_situations(result) if situations else result
+    result = with_situations(result) if situations else result
+    return with_encounters(result) if encounters else result
 
 
 def lacks_walls(result: TrialResult) -> bool:

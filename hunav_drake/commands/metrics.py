@@ -63,6 +63,12 @@ def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
         " ...: see `hunav situations`",
     )
     evaluate.add_argument(
+        "--encounters",
+        action="store_true",
+        help="also compute how long the robot was in each zone around people,"
+        " and how often it crossed in front of them",
+    )
+    evaluate.add_argument(
         "--out", metavar="DIR", type=Path, help="write the run to DIR/runs"
     )
     evaluate.add_argument(
@@ -101,6 +107,7 @@ def _evaluate(options: argparse.Namespace) -> int:
             walls=options.walls,
             reference=options.reference,
             situations=options.situations,
+            encounters=options.encounters,
         )
     # Before printing, which the reader of a pipe may end early.
     folder = None

@@ -173,6 +173,8 @@ EXAMPLES = {
     "generate": "hunav generate office --difficulty 0.7 -o mine.yaml",
     "evaluate": "hunav evaluate recording.npz --metrics goal path --json",
     "situations": "hunav situations recording.npz --csv",
+    "branch": "hunav branch crossing --at 4 --planner mppi --robot gone",
+    "who": "hunav who crossing --until 40 --shapley 40",
     "metrics": "hunav metrics",
     "metrics show": "hunav metrics show path_length",
     "report": "hunav report results",

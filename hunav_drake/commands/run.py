@@ -65,6 +65,13 @@ def add_run_options(run: argparse.ArgumentParser) -> None:
         help="a name for the settings of this run; statistics separate runs of"
         " a planner by it (default: the changes of --set)",
     )
+    run.add_argument(
+        "--relative",
+        action="store_true",
+        help="also compare with the same trial without the people, and without"
+        " the robot: metrics of the family relative, and what the robot costs"
+        " each person",
+    )
     add_format_option(run)
     run.add_argument("--no-replay", action="store_true", help="write no replay")
     run.add_argument(
@@ -156,6 +163,9 @@ def _run(options: argparse.Namespace) -> int:
         elapsed = time.perf_counter() - started
         elapsed -= compiled.seconds - before
 
+    costs: list[str] = []
+    if options.relative and result.end_reason != "planner_failed":
+        result, costs = _relative(result, scenario)
     # Before printing, which the reader of a pipe may end early.
     written = []
     if options.out is not None:
@@ -164,7 +174,7 @@ def _run(options: argparse.Namespace) -> int:
     if failed:
         print(f"hunav: {result.end_message}", file=sys.stderr)
     _print(result, options, elapsed)
-    for line in written:
+    for line in [*costs, *written]:
         print(line, file=sys.stderr if options.json else sys.stdout)
     if options.meshcat and _somebody_waits(options):
         # Or Ctrl-C, or Ctrl-D: all files are written.
@@ -173,6 +183,20 @@ def _run(options: argparse.Namespace) -> int:
     aims = any(it.goal is not None for it in robots_of(scenario).values())
     completed = result.end_reason == "goal" or not aims
     return DONE if completed and not failed else FAILED
+
+
+def _relative(
+    result: "TrialResult", scenario: "Scenario"
+) -> tuple["TrialResult", list[str]]:
+    """Returns a result with the relative metrics, and the costs in words."""
+    from hunav_drake.trial.branches.relative import CompareAlone, with_relative
+    from hunav_drake.trial.diagram import MakeTrialDiagram
+
+    with input_errors(ValueError):
+        # (Without a scene in a browser.)
+        diagram = MakeTrialDiagram(scenario)
+        found = CompareAlone(scenario, diagram, diagram.CreateDefaultContext())
+    return with_relative(result, found), found.texts()
 
 
 def _warn_of_ways(scenario: "Scenario", source: str) -> None:

@@ -26,6 +26,7 @@ from hunav_drake.report.tables import (
     split_by_family,
 )
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.evaluation.encounters import find_encounters
 from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
@@ -35,6 +36,9 @@ from hunav_drake.trial.result import TrialResult, run_facts
 
 # The height of plots over time, in inches.
 _SERIES = 2.3
+
+# The zones of encounters that are shown.
+_ZONES = ("contact", "intimate", "personal")
 
 # Metrics that do not depend on people, so they are equal for all behaviors.
 # For metrics of users, this is unknown.
@@ -62,6 +66,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
     time = number(result.end_time)
     people, by_behavior = _people(result), _by_behavior(result)
     situations = _situations(result.recording) if people else None
+    encounters = _encounters(result.recording) if people else None
     message = result.end_message or result.end_reason
     return {
         "about": [
@@ -85,6 +90,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
                 ("plots", "Plots", True),
                 ("metrics", "Metrics", True),
                 ("situations", "Situations", situations),
+                ("encounters", "Encounters", encounters),
                 ("people", "People", people),
                 ("by-behavior", "Metrics by behavior", by_behavior),
                 ("provenance", "Provenance", True),
@@ -94,6 +100,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
         "figures": _figures(result),
         "metrics": _metrics(result),
         "situations": situations,
+        "encounters": encounters,
         "people": people,
         "by_behavior": split_by_family(by_behavior) if by_behavior else [],
         "provenance": provenance_table(result.provenance),
@@ -231,6 +238,33 @@ def _situations(run: Recording) -> Table:
         "as the first that holds (%)",
         "episodes",
         "time in episodes (s)",
+    ]
+    return Table(head, groups, numbers=range(1, len(head)))
+
+
+def _encounters(run: Recording) -> Table:
+    """Returns how near each person came to each robot, and how long."""
+    groups = {}
+    for it in run.robots:
+        found = find_encounters(run, robot=it.robot_name).people()
+        groups[it.robot_name if run.others else ""] = [
+            [
+                str(person),
+                number(row["min_gap_exact"], "m"),
+                number(row["min_gap_time"], "s"),
+                *(number(row[f"time_in_{zone}"], "s") for zone in _ZONES),
+                *(number(row[f"entries_{zone}"], "-") for zone in _ZONES),
+                number(row["crossings_in_front"], "-"),
+            ]
+            for person, row in found.iterrows()
+        ]
+    head = [
+        "person",
+        "least gap (m)",
+        "at time (s)",
+        *(f"in {zone} zone (s)" for zone in _ZONES),
+        *(f"entries, {zone}" for zone in _ZONES),
+        "crossed in front",
     ]
     return Table(head, groups, numbers=range(1, len(head)))
 

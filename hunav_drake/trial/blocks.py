@@ -105,11 +105,16 @@ def _with_lidar(scenario: Scenario) -> Scenario:
 
 
 def AddPeople(
-    builder: DiagramBuilder, scenario: Scenario, traffic: Traffic | None
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    traffic: Traffic | None,
+    *,
+    may_leave: bool = False,
 ) -> HumanPorts:
     """Adds all people of a scenario to a builder, as "humans".
 
-    `traffic` has the arrivals at sources and the departures at sinks.
+    `traffic` has the arrivals at sources and the departures at sinks; with
+    `may_leave`, people can be left out without: see `LeaveOut`.
     """
     crowd, simulation = scenario.crowd, scenario.simulation
     robots = [part.scenario.robot for part in robot_parts(scenario)]
@@ -127,6 +132,7 @@ def AddPeople(
         seed=simulation.seed,
         places=scenario.places,
         traffic=traffic,
+        may_leave=may_leave,
     )
 
 

@@ -60,6 +60,27 @@ def SaveContext(
             or a parameter is not finite although its default is.
         OSError: If the file cannot be written.
     """
+    arrays = _arrays(diagram, context)
+    arrays["sha256"] = np.array(_digest(arrays))
+    path = Path(filename)
+    with atomic_write(path) as file:
+        # (Older NumPy would write `allow_pickle` as an array, if given; mypy
+        # takes the arrays for it.)
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+    return path
+
+
+def ContextDigest(diagram: Diagram, context: Context) -> str:
+    """Returns the SHA-256 hash of what `SaveContext` would write.
+
+    Raises:
+        ValueError: If it cannot be saved.
+    """
+    return _digest(_arrays(diagram, context))
+
+
+def _arrays(diagram: Diagram, context: Context) -> dict[str, Array]:
+    """Returns the content of a file."""
     arrays = {
         "format": np.array(_FORMAT),
         "time": np.array(context.get_time()),
@@ -85,13 +106,7 @@ def SaveContext(
         for i, value in abstract_states(system, own):
             for name, array in value.to_arrays().items():
                 arrays[f"{key}/abstract/{i}/{name}"] = array
-    arrays["sha256"] = np.array(_digest(arrays))
-    path = Path(filename)
-    with atomic_write(path) as file:
-        # (Older NumPy would write `allow_pickle` as an array, if given; mypy
-        # takes the arrays for it.)
-        np.savez(file, **arrays)  # type: ignore[arg-type]
-    return path
+    return arrays
 
 
 def LoadContext(diagram: Diagram, filename: str | Path) -> Context:

@@ -18,6 +18,9 @@ from hunav_drake.trial.context_layout import (
 )
 from hunav_drake.trial.seeds import GetTrialSeed, SeededSystems
 
+# What a system may become in a diagram whose people may leave.
+_OPENED = {"HumanCrowd": "OpenCrowd", "BehaviorTree": "OpenBehaviorTree"}
+
 
 def TransferContext(
     diagram: Diagram, context: Context, other: Diagram
@@ -35,7 +38,8 @@ def TransferContext(
         diagram: The diagram of the trial, from `MakeTrialDiagram`.
         context: Its root Context; it is not changed.
         other: The diagram to continue with, from `MakeTrialDiagram`: of a
-            scenario with the same people, robot, goal, evaluator and time step.
+            scenario with the same people, robot, goal, evaluator and time
+            step; its people may be such as may leave (`may_leave`).
 
     Returns:
         A root Context of `other`, with the time, state, parameters and fixed
@@ -158,7 +162,8 @@ def _difference(
 ) -> str:
     """Returns why a state does not fit another system, or "" if it does."""
     kinds = type(source).__name__, type(target).__name__
-    if kinds[0] != kinds[1]:
+    opened = _OPENED.get(kinds[0]) == kinds[1]
+    if kinds[0] != kinds[1] and not opened:
         return f"it was a {kinds[0]}, and is a {kinds[1]}"
     for was, now in zip(memory(source), memory(target), strict=False):
         if was != now:
@@ -169,6 +174,9 @@ def _difference(
         {name: vector.size() for name, vector in vectors(context)}
         for context in (old, new)
     ]
+    if opened:
+        # What it has besides is as at the start.
+        sizes[1] = {name: sizes[1].get(name, 0) for name in sizes[0]}
     if sizes[0] != sizes[1]:
         return f"its numbers were {sizes[0]}, and are {sizes[1]}"
     if old.num_abstract_states() != new.num_abstract_states():
@@ -194,7 +202,8 @@ def _copy(source: System, old: Context, new: Context) -> None:
     """Copies the parts of a leaf's Context that `SaveContext` saves."""
     values = dict(vectors(old))
     for name, vector in vectors(new, mutable=True):
-        vector.SetFromVector(values[name].CopyToVector())
+        if name in values:
+            vector.SetFromVector(values[name].CopyToVector())
     for i, value in abstract_states(source, old):
         new.SetAbstractState(i, value)
 

@@ -93,7 +93,10 @@ class TrialDiagram(Diagram):
 
 
 def MakeTrialDiagram(
-    scenario: Scenario, meshcat: "Meshcat | None" = None
+    scenario: Scenario,
+    meshcat: "Meshcat | None" = None,
+    *,
+    may_leave: bool = False,
 ) -> TrialDiagram:
     """Makes the diagram of a trial, whose whole state is one Context.
 
@@ -103,6 +106,8 @@ def MakeTrialDiagram(
             here, by `population.seed` or, if there is none, by the seed of the
             trial: then the diagram is valid for this seed only.
         meshcat: The Meshcat that shows the trial; by default, none.
+        may_leave: Whether `LeaveOut` can take people out. While all are here,
+            results are the same.
 
     Returns:
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
@@ -141,7 +146,7 @@ def MakeTrialDiagram(
     # At an instant, Drake updates the blocks in the order of these lines.
     builder = DiagramBuilder()
     parts = robot_parts(full)
-    humans = AddPeople(builder, full, traffic)
+    humans = AddPeople(builder, full, traffic, may_leave=may_leave)
     robots = AddRobots(builder, parts, obstacles)
     planners = [
         AddPlanner(builder, part, obstacles, len(parts) - 1) for part in parts

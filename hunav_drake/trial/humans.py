@@ -105,6 +105,10 @@ class HumanOptions(TypedDict, total=False):
     # the world brings: see `with_furniture`.
     places: Sequence[Place]
 
+    # Whether people can leave without sinks, as by `LeaveOut`; false by
+    # default. While all are here, results are the same.
+    may_leave: bool
+
     # The people who arrive at sources and depart at sinks; by default, none.
     # `draw_with_traffic` draws both.
     traffic: Traffic | None
@@ -168,7 +172,8 @@ def MakeHumans(
         recorded = RecordedPeople(
             tracks, humans, num_robots=num_robots, time_step=time_step
         )
-    if traffic is not None or recorded is not None:
+    may_leave = bool(options.get("may_leave")) and len(humans) > 0
+    if traffic is not None or recorded is not None or may_leave:
         from hunav_drake.systems.behavior.open_behavior_tree import (
             OpenBehaviorTree,
         )

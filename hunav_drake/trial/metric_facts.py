@@ -11,7 +11,7 @@ import math
 from typing import Any, Protocol
 
 from hunav_drake.systems.evaluation import metrics as built_in
-from hunav_drake.systems.evaluation.metric import SITUATIONS_FAMILY, base_name
+from hunav_drake.systems.evaluation.metric import DERIVED_FAMILIES, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 
 # The facts, and their keys in the `attrs` of a table.
@@ -68,7 +68,7 @@ def headline_of(table: Table) -> list[str]:
     return first + [
         it
         for it in names
-        if not is_built_in(it) and family_of(table, it) != SITUATIONS_FAMILY
+        if not is_built_in(it) and family_of(table, it) not in DERIVED_FAMILIES
     ]
 
 

@@ -16,7 +16,7 @@ from hunav_drake.systems.evaluation.compute import (
     evaluate_by_behavior,
     metric_columns,
 )
-from hunav_drake.systems.evaluation.metric import SITUATIONS_FAMILY, base_name
+from hunav_drake.systems.evaluation.metric import DERIVED_FAMILIES, base_name
 from hunav_drake.systems.evaluation.metrics import select_metrics
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import (
@@ -92,7 +92,7 @@ class MetricTables:
         names = [
             it
             for it in self.evaluation.values
-            if families.get(it) != SITUATIONS_FAMILY
+            if families.get(it) not in DERIVED_FAMILIES
         ]
         table = behavior_table(self.evaluations_by_behavior, names)
         table.attrs |= self.attrs
@@ -225,8 +225,25 @@ def with_situations(result: TrialResult) -> TrialResult:
     """
     from hunav_drake.systems.evaluation.situation_values import situation_values
 
+    evaluation = result.tables.evaluation
+    return with_values(result, situation_values(result.recording, evaluation))
+
+
+def with_encounters(result: TrialResult) -> TrialResult:
+    """Returns a result that also has those of `encounter_values`."""
+    from hunav_drake.systems.evaluation.encounters import encounter_values
+
+    return with_values(result, encounter_values(result.recording))
+
+
+def with_values(
+    result: TrialResult, more: Mapping[str, tuple[float, dict[str, str]]]
+) -> TrialResult:
+    """Returns a result with more values.
+
+    By name, each has its "units", "families" and "directions".
+    """
     tables = result.tables
-    more = situation_values(result.recording, tables.evaluation)
     attrs = {
         key: known | {name: facts[key] for name, (_, facts) in more.items()}
         for key, known in tables.attrs.items()

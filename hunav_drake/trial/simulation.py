@@ -37,6 +37,7 @@ from hunav_drake.trial.result import (
     EndReason,
     MakeTrialResult,
     TrialResult,
+    with_encounters,
     with_situations,
 )
 from hunav_drake.trial.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
@@ -50,6 +51,7 @@ def MakeTrialSimulator(
     context: Context | None = None,
     *,
     progress: Callable[[float], None] | None = None,
+    ends: bool = True,
 ) -> Simulator:
     """Makes a simulator that ends a trial at the goal, or when it is stuck.
 
@@ -62,6 +64,8 @@ def MakeTrialSimulator(
         context: The Context to start from, kept by the simulator: a clone of
             a Context of this diagram; by default, the default Context.
         progress: Called after each step with the time, in seconds.
+        ends: Whether the trial ends; otherwise it goes on after the end, for
+            the sake of people who are still on their way.
     """
     if context is None:
         simulator = Simulator(diagram)
@@ -77,7 +81,8 @@ def MakeTrialSimulator(
             progress(root_context.get_time())
         if is_own:
             CheckCommand(diagram, root_context)
-        if not trial.IsStep(trial.GetMyContextFromRoot(root_context)):
+        own = trial.GetMyContextFromRoot(root_context)
+        if not ends or not trial.IsStep(own):
             return EventStatus.DidNothing()
         value = TrialStatus(int(status.Eval(root_context)[0]))
         if value == TrialStatus.RUNNING:
@@ -273,7 +278,11 @@ def _reseed(scenario: Scenario, seed: int) -> Scenario:
 
 
 def GetTrialResult(
-    scenario: Scenario, diagram: Diagram, context: Context
+    scenario: Scenario,
+    diagram: Diagram,
+    context: Context,
+    *,
+    since: float = -math.inf,
 ) -> TrialResult:
     """Returns the result of a trial up to the time of its Context.
 
@@ -282,14 +291,17 @@ def GetTrialResult(
         diagram: From `MakeTrialDiagram(scenario)`.
         context: A Context of that diagram; its seed counts, not that of the
             scenario.
+        since: The time from which on the trial counts, in seconds; by
+            default, all of it.
 
     Raises:
-        ValueError: If the diagram was made from another scenario.
+        ValueError: If the diagram was made from another scenario, or nothing
+            was recorded since that time.
     """
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     CheckTrialDiagram(scenario, diagram)
     ends = [_end_of(part, diagram, context) for part in robot_parts(scenario)]
-    return _result(scenario, diagram, context, ends)
+    return _result(scenario, diagram, context, ends, since=since)
 
 
 class _End(NamedTuple):
@@ -346,6 +358,7 @@ def _result(
     context: Context,
     ends: Sequence[_End],
     failure: PlannerError | None = None,
+    since: float = -math.inf,
 ) -> TrialResult:
     """Returns the result of a trial with the ends of its robots.
 
@@ -355,7 +368,7 @@ def _result(
     config = scenario.evaluator
     first, *others = (
         dataclasses.replace(
-            _recording_of(part, diagram, context),
+            _recording_of(part, diagram, context).since(since),
             hunavsim_forces=config.forces == "hunavsim",
             robot_name=part.name,
             end_time=end.time,
@@ -389,7 +402,9 @@ def _result(
             if part.name
         },
     )
-    return with_situations(result) if config.situations else result
+    if config.situations:
+        result = with_situations(result)
+    return with_encounters(result) if config.encounters else result
 
 
 def _told(part: RobotPart, end: _End) -> str:

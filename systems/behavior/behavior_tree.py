@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
 )
 
 from hunav_drake.systems.behavior.nodes.tick_context import (
+    GOAL_INDEX,
     PERSON_MEMORY,
     SEED,
     Person,
@@ -252,6 +253,20 @@ class BehaviorTree(LeafSystem):
     def trees(self) -> list[Tree]:
         """Returns the trees, in the order of the people that are ticked."""
         return list(self._trees)
+
+    def rows(self) -> list[int]:
+        """Returns the rows in ``human_states`` of the people it ticks."""
+        return list(self._places)
+
+    def GetGoalIndices(self, context: Context) -> Array:
+        """Returns the index of the present goal of each person of `rows`.
+
+        It is the number of goals for who has none left.
+        """
+        memory = context.get_discrete_state(self._memory).value()
+        first = [own.start + GOAL_INDEX for own in self._walk.memories]
+        indices: Array = memory[first]
+        return indices
 
     def DescribeMemory(self) -> list[str]:
         """Returns what the meaning of the state depends on."""

@@ -19,6 +19,7 @@ from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     FORCES_SIZE,
     MOTION_SIZE,
+    OUTSIDE,
     RADIUS,
     STATE_SIZE,
     TOUCH_SIZE,
@@ -51,6 +52,10 @@ Array = NDArray[Any]
 # Farther away from others than this, in meters, people whose states are given
 # have no effect: the default forces are below 0.01 m/s^2 there.
 _FELT = 15.0
+
+
+# Who stays outside for this long, in seconds, never comes back.
+_FOR_GOOD = 1e9
 
 
 class TrafficCounts(NamedTuple):
@@ -148,9 +153,6 @@ class OpenCrowd(HumanCrowd):
                 these people.
         """
         n = len(humans)
-        if traffic is None:
-            nobody = np.full(n, -1), np.zeros((n, 2))
-            traffic = Traffic((), (), *nobody)
         self._first_rows = np.zeros((n, TRACK_SIZE))
         if tracks is not None:
             self._first_rows = np.array(tracks, dtype=float)
@@ -160,6 +162,11 @@ class OpenCrowd(HumanCrowd):
                     f" {self._first_rows.shape}"
                 )
         self._bodies = np.array([human.contact_radius for human in humans])
+        # Without doors and tracks, steps are those of a HumanCrowd, to the bit.
+        self._in_one = traffic is None and tracks is None
+        if traffic is None:
+            nobody = np.full(n, -1), np.zeros((n, 2))
+            traffic = Traffic((), (), *nobody)
         self._doors = Doors(humans, traffic, time_step)
         HumanCrowd.__init__(
             self,
@@ -227,6 +234,21 @@ class OpenCrowd(HumanCrowd):
         for index in (self._counts, self._rests, self._departures):
             size = context.get_discrete_state(index).size()
             context.SetDiscreteState(index, np.zeros(size))
+
+    def TakeOut(self, context: Context, rows: Sequence[int]) -> None:
+        """Puts people outside, for good.
+
+        Args:
+            context: Of this system, changed.
+            rows: The rows of the people in ``human_states``.
+        """
+        states = self._GetState(context).copy()
+        states[rows] = 0.0
+        states[rows, : Y + 1] = OUTSIDE
+        self.SetStates(context, states)
+        rests = context.get_discrete_state(self._rests).CopyToVector()
+        rests[rows] = _FOR_GOOD
+        context.SetDiscreteState(self._rests, rests)
 
     def CalcJacobian(self, context: Context) -> Any:
         """Raises a ValueError: where people come and go, steps jump."""
@@ -307,8 +329,20 @@ class OpenCrowd(HumanCrowd):
         stances = self._GetStances(context).copy()
         robots = self._GetRobots(context)
         touches = np.zeros((len(robots), len(states), TOUCH_SIZE))
-        rows, step, snapshot = self._LookAtPresent(context)
-        stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
+        if self._in_one:
+            rows = np.flatnonzero(~is_outside(states))
+            stepped = self._step.of(rows, in_one=True).take(
+                states[rows],
+                self._commands.Eval(context).reshape(-1, COMMAND_SIZE)[rows],
+                robots,
+                self.GetWeights(context)[rows],
+                stances[rows],
+            )
+        else:
+            rows, step, snapshot = self._LookAtPresent(context)
+            stepped = step.advance(
+                snapshot, step.forces(snapshot), stances[rows]
+            )
         states[rows], stances[rows], touched = stepped
         touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
         return states.ravel(), stances.ravel(), touches.ravel()

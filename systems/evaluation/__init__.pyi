@@ -4,6 +4,11 @@ from .compute import (
     compute_steps as compute_steps,
     count_people as count_people,
 )
+from .encounters import (
+    ZONES as ZONES,
+    Encounters as Encounters,
+    find_encounters as find_encounters,
+)
 from .evaluator import Evaluator as Evaluator
 from .evaluator_config import EvaluatorConfig as EvaluatorConfig
 from .metrics import (

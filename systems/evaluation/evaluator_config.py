@@ -68,6 +68,10 @@ class EvaluatorConfig:
     """Whether results also have the metrics on the samples of each social
     situation, as `path_length[passing]`, and how long each lasts."""
 
+    encounters: StrictBool = False
+    """Whether results also have the metrics of encounters, as
+    `time_in_intimate`, at exact instants between samples."""
+
     @model_validator(mode="before")
     @classmethod
     def _apply_profile(cls, data: Any) -> Any:

@@ -90,6 +90,19 @@ FLEET_FAMILY = "fleet"
 # The family of values on the samples of a situation, `path_length[passing]`.
 SITUATIONS_FAMILY = "situations"
 
+# The families of values of encounters, and of those of a trial with and without
+# robot and people.
+ENCOUNTERS_FAMILY = "encounters"
+RELATIVE_FAMILY = "relative"
+
+# The families of values that are no registered metrics: they have no values by
+# behavior.
+DERIVED_FAMILIES = (SITUATIONS_FAMILY, ENCOUNTERS_FAMILY, RELATIVE_FAMILY)
+_OF_ENCOUNTERS = re.compile(
+    r"(time_in|entries)_\w+|first_contact_time|min_gap_exact"
+    r"|crossings_in_front|groups_cut"
+)
+
 # The kinds of NumPy types that are real numbers.
 _REAL = "buif"
 
@@ -363,6 +376,7 @@ def base_name(name: str) -> str:
     """
     _, point, rest = name.partition(".")
     known = rest in METRICS or rest.endswith("]")
+    known = known or _OF_ENCOUNTERS.fullmatch(rest) is not None
     return rest if point and name not in METRICS and known else name
 
 

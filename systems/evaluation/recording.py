@@ -146,13 +146,31 @@ class Recording(RecordedArrays):
         if self.end_time is None:
             return self
         last = np.searchsorted(self.times, self.end_time * (1 - 1e-12))
-        size = int(last) + 1
-        if size >= len(self):
+        return self._part(slice(0, int(last) + 1))
+
+    def since(self, time: float) -> Self:
+        """Returns the recording from a time on, in seconds.
+
+        Raises:
+            ValueError: If it has no sample since then.
+        """
+        first = int(np.searchsorted(self.times, time - 1e-9))
+        if first == len(self):
+            raise ValueError(
+                f"nothing is recorded since {time:g} s: the recording ends at"
+                f" {self.times[-1]:g} s"
+            )
+        return self._part(slice(first, len(self)))
+
+    def _part(self, samples: slice) -> Self:
+        """Returns the recording of some samples."""
+        if len(self.times[samples]) == len(self):
             return self
         values = self._values()
         for name in _PER_SAMPLE:
             if values[name] is not None:
-                values[name] = values[name][:size]
+                values[name] = values[name][samples]
+        values["others"] = tuple(it._part(samples) for it in self.others)
         return type(self)(**values)
 
     def compared_with(self, reference: "Recording") -> Self:

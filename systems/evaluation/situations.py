@@ -153,7 +153,7 @@ def FindSituations(
     Raises:
         ValueError: If there is no such robot, or the doors have another shape.
     """
-    code, part = _robot_of(recording, robot)
+    code, part = robot_of(recording, robot)
     try:
         centers = np.asarray(doors, dtype=float)
     except ValueError as error:
@@ -174,8 +174,12 @@ def FindSituations(
     return Situations(recording=part, people=people, flags=flags)
 
 
-def _robot_of(recording: Recording, name: str) -> tuple[int, Recording]:
-    """Returns the row code of a robot in signals, and its recording."""
+def robot_of(recording: Recording, name: str) -> tuple[int, Recording]:
+    """Returns the row code of a robot in signals, and its recording.
+
+    Raises:
+        ValueError: If there is no such robot.
+    """
     robots = {it.robot_name: it for it in recording.robots}
     if not recording.others and not name:
         name = recording.robot_name

@@ -1,6 +1,8 @@
 from .cycles import time_cycles as time_cycles
 from .dwb.dwb import DwbPlanner as DwbPlanner
 from .dwb.scl import SclPlanner as SclPlanner
+from .external import ExternalPlanner as ExternalPlanner
+from .held_command import HeldCommand as HeldCommand
 from .local_planner import LocalPlanner as LocalPlanner
 from .mppi.mppi import MppiPlanner as MppiPlanner
 from .navigation.navigation_planner import (
@@ -26,3 +28,4 @@ from .pursuit import PursuitPlanner as PursuitPlanner
 from .social.orca import OrcaPlanner as OrcaPlanner
 from .social.sfm import SfmPlanner as SfmPlanner
 from .social.sfw import SfwPlanner as SfwPlanner
+from .stand import StandPlanner as StandPlanner

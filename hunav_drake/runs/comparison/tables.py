@@ -14,7 +14,7 @@ from hunav_drake.runs.comparison.paper import (
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text
 from hunav_drake.runs.statistics import RATES, early_mark, summarize
 from hunav_drake.runs.suite_result import SuiteResult
-from hunav_drake.systems.evaluation.metric import SITUATIONS_FAMILY, base_name
+from hunav_drake.systems.evaluation.metric import DERIVED_FAMILIES, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS as KNOWN
 from hunav_drake.trial.metric_facts import family_of, unit_of
 from hunav_drake.trial.quantity_text import ROUNDING, number_text, unit_text
@@ -128,7 +128,7 @@ def scores(runs: pd.DataFrame) -> list[str]:
         it
         for it in runs.attrs["units"]
         if base_name(it) not in KNOWN
-        and family_of(runs, it) != SITUATIONS_FAMILY
+        and family_of(runs, it) not in DERIVED_FAMILIES
         and runs[it].notna().any()
     ]
 

@@ -1,0 +1,1 @@
+"""Branches of a trial: what would be, from one instant on."""

@@ -1,0 +1,312 @@
+"""Relative metrics: how robot and crowd hinder each other, from one instant."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+import math
+from typing import Literal, NamedTuple, cast
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram
+
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.layout import VX, VY, YAW, Y
+from hunav_drake.systems.common.poses import is_at_goal
+from hunav_drake.systems.evaluation.features import surface_gaps
+from hunav_drake.systems.evaluation.metric import RELATIVE_FAMILY, Direction
+from hunav_drake.trial.branches.future import Future
+from hunav_drake.trial.branches.kinds import Branch, Without
+from hunav_drake.trial.branches.run import Fork
+from hunav_drake.trial.leaving import ONLY_ROBOT
+from hunav_drake.trial.result import TrialResult, with_values
+
+# A person within this gap of the robot at any instant is a neighbour, in
+# meters.
+NEIGHBOUR = 3.6
+
+# CrowdBot: Grzeskowiak et al., "Crowd against the machine", 2021; extra times:
+# Francis et al., "Principles and guidelines for evaluating social robot
+# navigation algorithms", 2023.
+_CROWDBOT = "Grzeskowiak et al. 2021"
+_FRANCIS = "Francis et al. 2023"
+
+LeftOut = Literal["people", "robot"]
+
+# A trial with the others, and the same without them.
+PairedFunction = Callable[[Future, Future], float]
+
+
+class PairedMetric(NamedTuple):
+    """A metric of two futures from one instant.
+
+    Attributes:
+        unit: Its unit; "-" for ratios.
+        direction: Whether lower or higher values are better, or neither.
+        source: The origin of its definition.
+        left_out: Who is not there in the second one.
+        function: The function that computes it.
+        definition: Its description.
+    """
+
+    unit: str
+    direction: Direction
+    source: str
+    left_out: LeftOut
+    function: PairedFunction
+    definition: str
+
+
+# All paired metrics by name, in the order of their registration.
+PAIRED_METRICS: dict[str, PairedMetric] = {}
+
+
+def register_paired_metric(
+    name: str, unit: str, direction: Direction, source: str, left_out: LeftOut
+) -> Callable[[PairedFunction], PairedFunction]:
+    """Registers a function of two futures as a metric.
+
+    It gets the trial from an instant on, and the same trial without the people,
+    or without the robot, and returns a number, NaN for no value. Its docstring
+    is the definition.
+
+    Args:
+        name: Its name in tables and files.
+        unit: Its unit; "-" for ratios.
+        direction: Whether "lower" or "higher" is better, or "none".
+        source: The origin of its definition.
+        left_out: Who is not there in the second future.
+
+    Returns:
+        A decorator that returns the function unchanged.
+
+    Raises:
+        ValueError: If another function has that name.
+    """
+
+    def register(function: PairedFunction) -> PairedFunction:
+        known = PAIRED_METRICS.get(name)
+        if known and _home(known.function) != _home(function):
+            raise ValueError(
+                f"a paired metric named {name!r} is registered already; choose"
+                " another name"
+            )
+        text = " ".join((function.__doc__ or "").split())
+        PAIRED_METRICS[name] = PairedMetric(
+            unit, direction, source, left_out, function, text
+        )
+        return function
+
+    return register
+
+
+def _home(function: PairedFunction) -> str:
+    return str(getattr(function, "__module__", ""))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Relative:
+    """How the robot and the crowd hinder each other.
+
+    Attributes:
+        values: The `PAIRED_METRICS` by name.
+        costs: By the name of each neighbour, what the robot costs: the extra
+            time in seconds, and the extra path in meters; NaN for who does not
+            arrive with or without the robot.
+    """
+
+    values: Mapping[str, float]
+    costs: Mapping[str, tuple[float, float]]
+
+    def texts(self) -> list[str]:
+        """Returns the costs in words, as "the robot cost ana 1.3 s ..."."""
+        # (Adding 0 takes away the sign of what rounds to 0.)
+        return [
+            f"the robot cost {name} {round(time, 2) + 0.0:.2f} s and"
+            f" {round(path, 2) + 0.0:.2f} m"
+            for name, (time, path) in self.costs.items()
+            if not math.isnan(time)
+        ]
+
+
+def CompareAlone(
+    scenario: Scenario,
+    diagram: Diagram,
+    context: Context,
+    *,
+    until: float | None = None,
+) -> Relative:
+    """Compares a trial with itself without the people, and without the robot.
+
+    Args:
+        scenario: The scenario of the trial.
+        diagram: Its diagram, from `MakeTrialDiagram`.
+        context: Its Context at the instant; it is not changed.
+        until: The time until which trials run, in seconds; by default, the
+            duration of the scenario.
+
+    Raises:
+        PlannerError: If a planner fails.
+        ValueError: If somebody cannot be left out: see `LeaveOut` and
+            `TakeRobotAway`.
+    """
+    if until is None:
+        until = scenario.simulation.duration
+    fork = Fork(scenario, diagram, context, until=until)
+    robot = fork.robots[0] or ONLY_ROBOT
+    without: dict[str, Branch] = {
+        "people": Without(people=fork.names),
+        "robot": Without(robots=(robot,)),
+    }
+    for branch in without.values():
+        fork.Prepare(branch)
+    with_all = fork.Run(Branch(), whole=False)
+    others = {
+        name: fork.Run(branch, whole=False) for name, branch in without.items()
+    }
+    gone = others["robot"].quantities
+    extra = {name: with_all.quantities[name] - gone[name] for name in gone}
+    near = neighbours(with_all)
+    return Relative(
+        values={
+            name: float(metric.function(with_all, others[metric.left_out]))
+            for name, metric in PAIRED_METRICS.items()
+        },
+        costs={
+            name: (float(extra["time"][i]), float(extra["path"][i]))
+            for i, name in enumerate(fork.names)
+            if near[i]
+        },
+    )
+
+
+def with_relative(result: TrialResult, relative: Relative) -> TrialResult:
+    """Returns a result that also has the relative metrics.
+
+    "extra_time[ana]" and "extra_path[ana]" are what the robot costs ana.
+    """
+
+    def facts(unit: str, direction: str) -> dict[str, str]:
+        return {
+            "units": unit,
+            "families": RELATIVE_FAMILY,
+            "directions": direction,
+        }
+
+    more = {
+        name: (value, facts(metric.unit, metric.direction))
+        for name, value in relative.values.items()
+        if (metric := PAIRED_METRICS[name])
+    }
+    for person, costs in relative.costs.items():
+        for kind, unit, value in zip(
+            ("time", "path"), "sm", costs, strict=True
+        ):
+            more[f"extra_{kind}[{person}]"] = value, facts(unit, "lower")
+    return with_values(result, more)
+
+
+def neighbours(future: Future) -> Mask:
+    """Returns who comes within `NEIGHBOUR` of the robot, shape (n,)."""
+    gaps = surface_gaps(future.robot, future.humans)
+    near: Mask = (gaps < NEIGHBOUR).any(axis=0)
+    return near
+
+
+def of_robot(future: Future) -> tuple[float, float, float]:
+    """Returns time, path and jerk of the robot to its goal; NaN for never."""
+    if future.robot_goal is None:
+        return math.nan, math.nan, math.nan
+    x, y, yaw, tolerance, yaw_tolerance = future.robot_goal
+    there = is_at_goal(
+        tuple(future.robot[:, : YAW + 1].T),
+        (x, y, yaw),
+        tolerance=tolerance,
+        yaw_tolerance=yaw_tolerance,
+    )
+    if not np.any(there):
+        return math.nan, math.nan, math.nan
+    steps = slice(0, int(np.argmax(there)) + 1)
+    robot, times = future.robot[steps], future.times[steps]
+    way = np.diff(robot[:, : Y + 1], axis=0)
+    heading = np.array([np.cos(robot[:, YAW]), np.sin(robot[:, YAW])]).T
+    speed = (robot[:, VX : VY + 1] * heading).sum(axis=1, keepdims=True)
+    time, path = float(times[-1] - times[0]), float(np.hypot(*way.T).sum())
+    return time, path, _jerk(speed, times)
+
+
+def _jerk(velocity: Array, times: Array) -> float:
+    """Returns the integral of |jerk| of a velocity (k, d), in m/s^2."""
+    steps = np.diff(times)[:, None]
+    acceleration = np.diff(velocity, axis=0) / steps
+    return float(np.linalg.norm(np.diff(acceleration, axis=0), axis=1).sum())
+
+
+def of_people(future: Future) -> Array:
+    """Returns time, path and jerk of people until they arrive, (3, n)."""
+    jerks = np.full(len(future.goals), math.nan)
+    for i, arrival in enumerate(future.arrivals):
+        steps = future.times <= arrival
+        rows = future.humans[steps, i, VX : VY + 1]
+        there = ~np.isnan(rows[:, 0])
+        if steps.any():
+            jerks[i] = _jerk(rows[there], future.times[steps][there])
+    found = future.quantities
+    return np.array([found["time"], found["path"], jerks])
+
+
+def _mean(values: Array, nobody: float) -> float:
+    """Returns the mean of numbers, without NaN; `nobody` without neighbours."""
+    known = values[~np.isnan(values)]
+    if not values.size:
+        return nobody
+    return float(known.mean()) if known.size else math.nan
+
+
+@register_paired_metric("aggregated_time", "s", "lower", _FRANCIS, "robot")
+def aggregated_time(with_: Future, without: Future) -> float:
+    """The sum of the extra times of the neighbours until they arrive."""
+    extra = with_.arrivals - without.arrivals
+    return float(np.nansum(extra[neighbours(with_)]))
+
+
+def _robot(row: int, is_ratio: bool, with_: Future, without: Future) -> float:
+    """Returns the ratio alone / in the crowd, or the difference."""
+    own, alone = of_robot(with_)[row], of_robot(without)[row]
+    if not is_ratio:
+        return own - alone
+    return alone / own if own > _LEAST[row] else math.nan
+
+
+def _crowd(row: int, is_ratio: bool, with_: Future, without: Future) -> float:
+    """Returns the mean ratio with / without the robot, or the difference."""
+    near = neighbours(with_)
+    own, gone = (of_people(it)[row, near] for it in (with_, without))
+    if not is_ratio:
+        return _mean(own - gone, 0.0)
+    return _mean(own / np.where(gone > _LEAST[row], gone, math.nan), 1.0)
+
+
+# The smallest values of time, path and jerk to which ratios mean something.
+_LEAST = (0.0, 0.0, 0.1)
+
+_ROWS = (
+    ("time", "time_to_goal", "s"),
+    ("path", "path_length", "m"),
+    ("jerk", "jerk", "m/s^2"),
+)
+for _row, (_of_crowd, _of_robot, _unit) in enumerate(_ROWS):
+    for _name, _is_ratio, _better, _left_out, _function in (
+        (f"relative_{_of_robot}", True, "higher", "people", _robot),
+        (f"{_of_robot}_difference", False, "lower", "people", _robot),
+        (f"crowd_relative_{_of_crowd}", True, "lower", "robot", _crowd),
+        (f"crowd_{_of_crowd}_difference", False, "lower", "robot", _crowd),
+    ):
+        PAIRED_METRICS[_name] = PairedMetric(
+            "-" if _is_ratio else _unit,
+            cast(Direction, _better),
+            _CROWDBOT,
+            cast(LeftOut, _left_out),
+            partial(_function, _row, _is_ratio),
+            f"{_of_crowd}: {(_function.__doc__ or '').split(maxsplit=1)[1]}",
+        )

@@ -1,0 +1,69 @@
+"""The LeafSystem that holds a command."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from hunav_drake.systems.common.layout import STATE_SIZE
+from hunav_drake.systems.planning.planner import (
+    NO_PATH,
+    PlannerStatus,
+    PlanningTask,
+)
+
+
+class HeldCommand(LeafSystem):
+    """Gives the command that `SetCommand` has set last.
+
+    .. pydrake_system::
+
+        name: HeldCommand
+        input_ports:
+        - robot_state
+        - human_states
+        - goal
+        output_ports:
+        - velocity_command
+        - status
+        - path
+
+    The inputs are those of any planner, and are not read. Port
+    ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status`` the
+    `PlannerStatus` DRIVING, and ``path`` no points.
+
+    The discrete state holds (v, omega), at first zeros. It only changes by
+    `SetCommand`.
+    """
+
+    def __init__(self, task: PlanningTask) -> None:
+        """Constructs a HeldCommand."""
+        super().__init__()
+        size = STATE_SIZE * task.num_humans
+        self.DeclareVectorInputPort("robot_state", STATE_SIZE)
+        self.DeclareVectorInputPort("human_states", size)
+        self.DeclareVectorInputPort("goal", 3)
+        self._command = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("velocity_command", self._command)
+        self.DeclareVectorOutputPort(
+            "status",
+            1,
+            self._CalcStatus,
+            prerequisites_of_calc={self.nothing_ticket()},
+        )
+        self.DeclareAbstractOutputPort(
+            "path",
+            alloc=lambda: AbstractValue.Make(NO_PATH),
+            calc=self._CalcPath,
+            prerequisites_of_calc={self.nothing_ticket()},
+        )
+
+    def SetCommand(self, context: Context, command: ArrayLike) -> None:
+        """Sets the command (v, omega), in m/s and rad/s."""
+        context.SetDiscreteState(self._command, np.asarray(command, float))
+
+    def _CalcStatus(self, context: Context, output: BasicVector) -> None:
+        output.SetAtIndex(0, float(PlannerStatus.DRIVING))
+
+    def _CalcPath(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(NO_PATH)

@@ -1,0 +1,154 @@
+"""Relative metrics: with and without the robot, with and without people."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from hunav_drake import (
+    CompareAlone,
+    LoadScenario,
+    MakeTrialDiagram,
+    register_paired_metric,
+)
+from hunav_drake.trial.branches.future import Future
+from hunav_drake.trial.branches.relative import PAIRED_METRICS, neighbours
+from tests.hunav_drake.test_branches import PAIR, stage, walker
+
+RATIOS = [name for name, it in PAIRED_METRICS.items() if it.unit == "-"]
+CROWD = [name for name in RATIOS if name.startswith("crowd")]
+DIFFERENCES = [it for it in PAIRED_METRICS if it.endswith("_difference")]
+
+
+def compared(scenario):
+    diagram = MakeTrialDiagram(scenario)
+    return CompareAlone(scenario, diagram, diagram.CreateDefaultContext())
+
+
+def test_with_nobody_there_is_no_difference():
+    found = compared(stage([]))
+    assert {name: found.values[name] for name in RATIOS} == dict.fromkeys(
+        RATIOS, 1.0
+    )
+    assert {found.values[name] for name in DIFFERENCES} == {0.0}
+    assert found.values["aggregated_time"] == 0.0
+    assert found.costs == {}
+
+
+def test_a_robot_far_away_does_not_matter_to_people():
+    people = [walker("ana", 5, 200, -6), walker("luis", 6, 201, -6)]
+    found = compared(stage(people))
+    assert {found.values[name] for name in CROWD} == {1.0}
+    assert found.texts() == []
+
+
+def test_a_robot_in_the_way_costs_time():
+    found = compared(
+        stage(PAIR, robot={"start": [-3, 0, 0], "goal": [6, 0, 0]})
+    )
+    time, _ = found.costs["ana"]
+    assert time > 0
+    assert found.texts()[0].startswith("the robot cost ana 0.")
+    total = sum(time for time, _ in found.costs.values())
+    assert found.values["aggregated_time"] == pytest.approx(total)
+    assert found.values["crowd_time_difference"] == pytest.approx(
+        total / len(found.costs)
+    )
+    assert 0 < found.values["relative_time_to_goal"] <= 1
+
+
+def future(robot, person, goal=(10.0, 0.0)):
+    """Returns a future of two who move at the given velocities from 0."""
+    times = np.arange(0.0, 20.001, 0.5)
+    states = np.zeros((2, len(times), 7))
+    for rows, (x, y, vx, vy) in zip(states, (robot, person), strict=True):
+        rows[:, 0], rows[:, 1] = x + vx * times, y + vy * times
+        rows[:, 3], rows[:, 4], rows[:, 6] = vx, vy, 0.3
+    nothing = np.zeros((len(times), 1))
+    return Future(
+        times=times,
+        robots={"robot": states[0]},
+        humans=states[1][:, None],
+        social=nothing,
+        work=nothing,
+        goals=np.array([[*goal, 0.5]]),
+        goals_left=nothing + 1,
+        robot_goal=(8.0, 1.0, 0.0, 0.25, math.pi),
+        result=None,
+    )
+
+
+def test_two_straight_lines_by_hand():
+    with_ = future((0, 1, 0.5, 0), (0, 0, 0.8, 0))
+    alone = future((0, 1, 0.8, 0), (0, 0, 1.0, 0))
+    values = {
+        name: it.function(with_, alone) for name, it in PAIRED_METRICS.items()
+    }
+    # The person has 9.5 m to go, the robot more than 7.75 m, to the end of a
+    # step of 0.5 s.
+    expected = {
+        "aggregated_time": 9.5 / 0.8 - 9.5,
+        "crowd_relative_time": 1 / 0.8,
+        "crowd_relative_path": 1.0,
+        "relative_time_to_goal": 10.0 / 16.0,
+        "time_to_goal_difference": 6.0,
+        "relative_path_length": 1.0,
+    }
+    for name, value in expected.items():
+        assert values[name] == pytest.approx(value, abs=1e-12), name
+    # Without any jerk, a ratio would say nothing.
+    assert math.isnan(values["relative_jerk"])
+    assert math.isnan(values["crowd_relative_jerk"])
+    assert values["crowd_jerk_difference"] == pytest.approx(0.0, abs=1e-12)
+    assert neighbours(with_).tolist() == [True]
+
+
+def test_who_does_not_arrive_does_not_count():
+    with_ = future((0, 1, 0.5, 0), (0, 0, 0.1, 0))
+    alone = future((0, 1, 0.8, 0), (0, 0, 1.0, 0))
+    metric = PAIRED_METRICS["crowd_relative_time"].function
+    assert math.isnan(metric(with_, alone))
+    nowhere = dataclasses.replace(with_, robot_goal=None)
+    metric = PAIRED_METRICS["relative_time_to_goal"].function
+    assert math.isnan(metric(nowhere, alone))
+
+
+def test_own_metrics_are_computed_too(monkeypatch):
+    monkeypatch.setattr(
+        "hunav_drake.trial.branches.relative.PAIRED_METRICS",
+        dict(PAIRED_METRICS),
+    )
+
+    @register_paired_metric("extra_steps", "-", "lower", "myself", "robot")
+    def extra_steps(with_, without):
+        """How many more steps there are."""
+        return len(with_.times) - len(without.times)
+
+    found = compared(stage(PAIR))
+    assert found.values["extra_steps"] == 0
+    with pytest.raises(ValueError, match="is registered already"):
+        register_paired_metric(
+            "aggregated_time", "s", "lower", "myself", "robot"
+        )(extra_steps)
+
+
+def test_hunav_run_tells_it(hunav, tmp_path):
+    code, out, _ = hunav(
+        *("run", "crossing", "--relative", "--out", tmp_path, "--no-replay")
+    )
+    assert code == 0
+    assert "the robot cost ana" in out
+    (page,) = tmp_path.glob("runs/*/report.html")
+    text = page.read_text()
+    assert "extra_<wbr>time[ana]" in text
+    assert "crowd_<wbr>relative_<wbr>time" in text
+
+
+def test_a_physical_robot_is_refused(hunav):
+    code, _, err = hunav(
+        "run", "crossing", "--relative", "--quiet", "--set", "robot.type=pmb2"
+    )
+    assert code == 2
+    assert "is physical, and needs people" in err
+    assert LoadScenario(filename="crossing").robot.physical is False
