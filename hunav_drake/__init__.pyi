@@ -57,6 +57,7 @@ from .trial.humans import (
 from .trial.result import TrialResult as TrialResult
 from .trial.seeds import (
     GetTrialSeed as GetTrialSeed,
+    SetDecisionSeed as SetDecisionSeed,
     SetHumansSeed as SetHumansSeed,
     SetTrialSeed as SetTrialSeed,
 )

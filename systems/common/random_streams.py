@@ -41,6 +41,7 @@ class Purpose(IntEnum):
     FALSE_DETECTION = 25
     LOCALIZATION = 26
     FALSE_VELOCITY = 27
+    DECISION = 28
 
 
 def check_seed(seed: int) -> int:
