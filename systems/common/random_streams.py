@@ -42,6 +42,7 @@ class Purpose(IntEnum):
     LOCALIZATION = 26
     FALSE_VELOCITY = 27
     DECISION = 28
+    SEARCH = 29
 
 
 def check_seed(seed: int) -> int:

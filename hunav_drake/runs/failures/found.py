@@ -1,0 +1,201 @@
+"""The failures that a search has found, and their files."""
+
+import csv
+from dataclasses import dataclass, replace
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from hunav_drake.runs.failures.scene_runs import (
+    SceneCell,
+    recording_sha256,
+    scene_cell,
+)
+from hunav_drake.scenario import SaveScenario, Scenario
+from hunav_drake.scenario.fleet import planners_of
+from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.evaluation.robustness import Failing
+from hunav_drake.trial.context_file import SaveContext
+from hunav_drake.trial.diagram import MakeTrialDiagram
+from hunav_drake.trial.simulation import GetTrialResult, MakeTrialSimulator
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    import lazy_loader
+
+    pd = lazy_loader.load("pandas")
+
+# A Context is kept of this time before a failure, in seconds.
+_BEFORE = 3.0
+
+# The files of a search, beside the scenes.
+RANK, TRIED = "rank.csv", "tried.csv"
+
+
+class Scene(NamedTuple):
+    """A minimal scene in which a planner fails.
+
+    Attributes:
+        scenario: The scene, with the planner.
+        failing: How it fails.
+        kind: Where the person is, and how fast both approach.
+        run: The number of the run that found it.
+        found: The number of runs that failed in this way.
+    """
+
+    scenario: Scenario
+    failing: Failing
+    kind: str
+    run: int
+    found: int
+
+    @property
+    def person(self) -> str:
+        """The name of the person; empty for nobody."""
+        index = self.failing.person
+        if not 0 <= index < len(self.scenario.humans):
+            return f"person {index + 1}" if index >= 0 else ""
+        return self.scenario.humans[index].name
+
+
+@dataclass(frozen=True)
+class Failures:
+    """What a search has found.
+
+    Attributes:
+        robustness: The kind of failure.
+        scenes: The minimal scenes, the worst first.
+        runs: For each run, its values by path, and how near it was.
+        refused: The number of scenes that were not run: they cannot be
+            simulated, or begin too near.
+    """
+
+    robustness: str
+    scenes: list[Scene]
+    runs: list[tuple[dict[str, Any], Failing]]
+    refused: int
+
+    @property
+    def num_failures(self) -> int:
+        """The number of runs that failed."""
+        return sum(it.robustness < 0 for _, it in self.runs)
+
+    @property
+    def first_failure(self) -> int | None:
+        """The number of the first run that failed, from 0."""
+        failed = [k for k, it in enumerate(self.runs) if it[1].robustness < 0]
+        return failed[0] if failed else None
+
+    @property
+    def table(self) -> "pd.DataFrame":
+        """A row for each scene, the worst first."""
+        rows = [
+            {
+                "scene": scene_name(i),
+                "rho": it.failing.robustness,
+                "time": round(it.failing.time, 6),
+                "person": it.person,
+                "kind": it.kind,
+                "closing_speed": it.failing.closing_speed,
+                "people": len(it.scenario.humans),
+                "run": it.run,
+                "found": it.found,
+            }
+            for i, it in enumerate(self.scenes)
+        ]
+        return pd.DataFrame(rows)
+
+    def cells(self) -> list[SceneCell]:
+        """Returns the cells of the scenes, as for replays."""
+        return [scene_cell(it.scenario, self.robustness) for it in self.scenes]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Failures: {self.num_failures} of {len(self.runs)} runs,"
+            f" {len(self.scenes)} scenes>"
+        )
+
+
+def scene_name(index: int) -> str:
+    """Returns the name of the file of a scene: 001, 002, ..."""
+    return f"{index + 1:03d}"
+
+
+def described(scene: Scene, robustness: str) -> Scenario:
+    """Returns the scenario of a scene, with what happens as description."""
+    near = f", with {scene.person} {scene.kind}" if scene.person else ""
+    text = (
+        f"{planners_of(scene.scenario)}: {robustness} after"
+        f" {scene.failing.time:.4g} s{near} (robustness"
+        f" {scene.failing.robustness:.3g})."
+    )
+    return replace(scene.scenario, description=text)
+
+
+def write_failures(failures: Failures, folder: Path) -> None:
+    """Writes the scenes and the tables of a search to a folder.
+
+    Each scene gets a scenario file, 001.yaml, and the Context 3 s before the
+    failure, 001.npz; rank.csv lists them with the hash of the states of robot
+    and people, and tried.csv all runs.
+
+    Raises:
+        RuntimeError: If a scene does not fail as it did.
+        OSError: If a file cannot be written.
+    """
+    rows = failures.table.to_dict("records")
+    for i, scene in enumerate(failures.scenes):
+        path = folder / f"{scene_name(i)}.yaml"
+        SaveScenario(described(scene, failures.robustness), path)
+        rows[i]["sha256"] = _run_again(
+            scene, failures.robustness, path.with_suffix(".npz")
+        )
+    _write_csv(folder / RANK, rows)
+    _write_csv(
+        folder / TRIED,
+        [
+            {
+                "run": k,
+                "rho": it.robustness,
+                "time": round(it.time, 6),
+                **values,
+            }
+            for k, (values, it) in enumerate(failures.runs)
+        ],
+    )
+
+
+def _run_again(scene: Scene, robustness: str, path: Path) -> str:
+    """Runs a scene, saves a Context, and returns the hash of the states."""
+    scenario = scene.scenario
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    step = scenario.simulation.time_step
+    before = max(0, round((scene.failing.time - _BEFORE) / step)) * step
+    simulator.AdvanceTo(before)
+    SaveContext(diagram, simulator.get_context(), path)
+    simulator.AdvanceTo(scenario.simulation.duration)
+    context = simulator.get_context()
+    simulator.clear_monitor()
+    recording = GetTrialResult(scenario, diagram, context).recording
+    cell = scene_cell(scenario, robustness)
+    again = cell.numbers(recording, scenario.simulation.seed)
+    if again["robustness"] != scene.failing.robustness:
+        raise RuntimeError(
+            f"{path.stem}: the scene does not repeat itself: its robustness was"
+            f" {scene.failing.robustness}, and is {again['robustness']}; does a"
+            " planner of yours keep something from run to run?"
+        )
+    return recording_sha256(recording)
+
+
+def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
+    text = io.StringIO()
+    writer = csv.DictWriter(
+        text, [*(rows[0] if rows else ())], lineterminator="\n"
+    )
+    writer.writeheader()
+    writer.writerows(rows)
+    with atomic_write(path) as file:
+        file.write(text.getvalue().encode())
