@@ -1,7 +1,9 @@
 """The commands `hunav falsify` and `hunav risk`."""
 
 import argparse
+from collections.abc import Iterator
 import contextlib
+import dataclasses
 import json
 from pathlib import Path
 import sys
@@ -20,6 +22,7 @@ from hunav_drake.commands.options import (
 
 if TYPE_CHECKING:
     from hunav_drake.runs.failures.found import Failures
+    from hunav_drake.runs.failures.scene_runs import RunOptions
 
 
 def add_falsify_options(falsify: argparse.ArgumentParser) -> None:
@@ -34,21 +37,10 @@ def add_falsify_options(falsify: argparse.ArgumentParser) -> None:
         "space", type=Path, help="a file that tells what may differ"
     )
     falsify.add_argument(
-        "--planner",
-        metavar="NAME",
-        help="the planner (default: that of the scenario)",
-    )
-    falsify.add_argument(
         "--method",
         choices=("cma", "random"),
         default="cma",
         help="cma descends on the robustness, random draws (default: cma)",
-    )
-    falsify.add_argument(
-        "--budget",
-        type=whole_number(1),
-        default=300,
-        help="the number of scenes to try (default: 300)",
     )
     falsify.add_argument(
         "--seed",
@@ -66,7 +58,7 @@ def add_falsify_options(falsify: argparse.ArgumentParser) -> None:
     falsify.add_argument(
         "--replays", action="store_true", help="also write a replay of each"
     )
-    _add_common(falsify)
+    _add_common(falsify, 300, "the number of scenes to try")
 
 
 def add_risk_options(risk: argparse.ArgumentParser) -> None:
@@ -79,11 +71,6 @@ def add_risk_options(risk: argparse.ArgumentParser) -> None:
     risk.set_defaults(function=_risk)
     risk.add_argument("scenario", help="a shipped scenario or a file")
     add_scenario_options(risk)
-    risk.add_argument(
-        "--planner",
-        metavar="NAME",
-        help="the planner (default: that of the scenario)",
-    )
     risk.add_argument(
         "--robustness",
         metavar="NAME",
@@ -99,12 +86,6 @@ def add_risk_options(risk: argparse.ArgumentParser) -> None:
         " estimate (default: 0.5)",
     )
     risk.add_argument(
-        "--budget",
-        type=whole_number(1),
-        default=1000,
-        help="the largest number of runs (default: 1000)",
-    )
-    risk.add_argument(
         "--confidence",
         type=float,
         default=0.95,
@@ -116,10 +97,23 @@ def add_risk_options(risk: argparse.ArgumentParser) -> None:
         type=Path,
         help="keep finished runs in a folder, to continue from there",
     )
-    _add_common(risk)
+    _add_common(risk, 1000, "the largest number of runs")
 
 
-def _add_common(parser: argparse.ArgumentParser) -> None:
+def _add_common(
+    parser: argparse.ArgumentParser, budget: int, meaning: str
+) -> None:
+    parser.add_argument(
+        "--planner",
+        metavar="NAME",
+        help="the planner (default: that of the scenario)",
+    )
+    parser.add_argument(
+        "--budget",
+        type=whole_number(1),
+        default=budget,
+        help=f"{meaning} (default: {budget})",
+    )
     add_executor_options(parser)
     parser.add_argument(
         "--fresh",
@@ -133,29 +127,40 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     add_import_option(parser)
 
 
-def _falsify(options: argparse.Namespace) -> int:
-    from hunav_drake.runs.failures.search import Falsify
+@contextlib.contextmanager
+def _run_options(options: argparse.Namespace) -> Iterator["RunOptions"]:
+    """Yields where trials are run; errors of the input are told."""
     from hunav_drake.runs.tasks import UnfitWorkerError
     from hunav_drake.scenario import ScenarioError
-    from hunav_drake.views.suite_replays import WriteReplay
 
     kinds = (ScenarioError, ValueError, ImportError, UnfitWorkerError)
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(input_errors(*kinds))
-        executor, workers = stack.enter_context(run_executor(options))
-        _, show = stack.enter_context(progress_bar("runs", options.quiet))
+    with (
+        input_errors(*kinds),
+        run_executor(options) as (executor, workers),
+        progress_bar("runs", options.quiet) as (_, show),
+    ):
+        yield {
+            "out": options.out,
+            "workers": workers or 0,
+            "executor": executor,
+            "imports": tuple(getattr(options, "imports", ())),
+            "fresh": options.fresh,
+            "progress": show,
+        }
+
+
+def _falsify(options: argparse.Namespace) -> int:
+    from hunav_drake.runs.failures.search import Falsify
+    from hunav_drake.views.suite_replays import WriteReplay
+
+    with _run_options(options) as given:
         failures = Falsify(
             options.space,
             options.planner,
             method=options.method,
-            budget=options.budget,
             seed=options.seed,
-            out=options.out,
-            workers=workers or 0,
-            executor=executor,
-            imports=tuple(getattr(options, "imports", ())),
-            fresh=options.fresh,
-            progress=show,
+            budget=options.budget,
+            **given,
         )
     if options.replays:
         for i, cell in enumerate(failures.cells()):
@@ -199,40 +204,22 @@ def _print_failures(failures: "Failures", options: argparse.Namespace) -> None:
 
 def _risk(options: argparse.Namespace) -> int:
     from hunav_drake.runs.failures.risk import EstimateFailureProbability
-    from hunav_drake.runs.tasks import UnfitWorkerError
-    from hunav_drake.scenario import ScenarioError
 
     more = [f"planner={options.planner}"] if options.planner else []
     scenario = load_scenario(options.scenario, options, more)
-    kinds = (ScenarioError, ValueError, UnfitWorkerError)
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(input_errors(*kinds))
-        executor, workers = stack.enter_context(run_executor(options))
-        _, show = stack.enter_context(progress_bar("runs", options.quiet))
+    with _run_options(options) as given:
         found = EstimateFailureProbability(
             scenario,
             options.robustness,
             relative_half_width=options.half_width,
-            budget=options.budget,
             confidence=options.confidence,
-            out=options.out,
-            workers=workers or 0,
-            executor=executor,
-            imports=tuple(getattr(options, "imports", ())),
-            fresh=options.fresh,
-            progress=show,
+            budget=options.budget,
+            **given,
         )
     if options.json:
-        about = {
-            "robustness": found.robustness,
-            "probability": found.probability,
-            "interval": found.interval,
-            "confidence": found.confidence,
-            "runs": found.runs,
-            "failures": found.failures,
-            "different": found.different,
-            "precise": found.precise,
-        }
+        about = dataclasses.asdict(found)
+        del about["failings"]
+        about["probability"] = found.probability
         print(json.dumps(about, indent=2))
         return DONE
     print(found)

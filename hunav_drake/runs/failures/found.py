@@ -122,13 +122,22 @@ def scene_name(index: int) -> str:
     return f"{index + 1:03d}"
 
 
+# What a robot does in each kind of failure.
+_DOES = {
+    "collision": "runs into {person}",
+    "freeze": "stands for 5 s, {person} nearest",
+    "intrusion": "drives in the intimate space of {person} for 2 s",
+    "timeout": "does not arrive",
+}
+
+
 def described(scene: Scene, robustness: str) -> Scenario:
     """Returns the scenario of a scene, with what happens as description."""
-    near = f", with {scene.person} {scene.kind}" if scene.person else ""
+    does = _DOES.get(robustness, f"fails by {robustness}, near {{person}}")
     text = (
-        f"{planners_of(scene.scenario)}: {robustness} after"
-        f" {scene.failing.time:.4g} s{near} (robustness"
-        f" {scene.failing.robustness:.3g})."
+        f"With {planners_of(scene.scenario)}, the robot"
+        f" {does.format(person=scene.person or 'nobody')} after"
+        f" {scene.failing.time:.4g} s ({scene.kind})."
     )
     return replace(scene.scenario, description=text)
 

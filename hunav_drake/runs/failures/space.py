@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import field
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -36,7 +37,8 @@ _DIGITS = 6
 
 
 def _number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return is_number and math.isfinite(value)
 
 
 def _check_range(value: Any) -> Any:

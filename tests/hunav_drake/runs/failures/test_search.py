@@ -1,5 +1,6 @@
 """Searches for failures: their results, files, and how they go on."""
 
+import dataclasses as dc
 import json
 import math
 import subprocess
@@ -21,7 +22,7 @@ from hunav_drake import (
     ScenarioError,
 )
 from hunav_drake.runs.failures.minimal import Shrinking, shrink
-from hunav_drake.runs.failures.scene_runs import recording_sha256
+from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
 from hunav_drake.runs.failures.search import kind_of_failure
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
@@ -91,7 +92,7 @@ def test_failures_repeat_from_their_file_in_a_new_process(found):
 def test_a_context_before_the_failure_is_kept(found):
     failures, folder = found
     scenario = LoadScenario(folder / "001.yaml")
-    assert "collision after" in scenario.description
+    assert "the robot runs into ana after" in scenario.description
     diagram = MakeTrialDiagram(scenario)
     context = LoadContext(diagram, folder / "001.npz")
     time = max(0.0, failures.scenes[0].failing.time - 3.0)
@@ -133,10 +134,28 @@ def test_a_second_call_goes_on_where_one_was_killed(found, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_number_of_workers_does_not_matter(found, tmp_path):
+@pytest.mark.parametrize("where", ["workers", "dask"])
+def test_where_scenes_are_run_does_not_matter(found, tmp_path, where):
     failures, folder = found
-    out = tmp_path / "out"
-    other = Falsify(write_space(tmp_path), budget=20, workers=2, out=out)
+    space, out = write_space(tmp_path), tmp_path / "out"
+    if where == "workers":
+        other = Falsify(space, budget=20, workers=2, out=out)
+    else:
+        distributed = pytest.importorskip("distributed")
+        with (
+            distributed.LocalCluster(
+                n_workers=2,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                silence_logs=50,
+            ) as cluster,
+            distributed.Client(cluster) as client,
+        ):
+            executor = client.get_executor(pure=False)
+            other = Falsify(
+                space, budget=20, executor=executor, workers=2, out=out
+            )
     assert values_of(other) == values_of(failures)
     assert scenes_of(other) == scenes_of(failures)
     rank = (folder / "rank.csv").read_text()
@@ -196,6 +215,7 @@ def test_faults_of_the_space_are_told_before_anything_runs(
         (("[0.6, 1.6]", "[1.6, 0.6]"), "must be a range"),
         (("[0.6, 1.6]", "{integers: [1.5, 2]}"), "must be a range"),
         (("[0.6, 1.6]", "{choices: []}"), "must be a range"),
+        (("[0.6, 1.6]", "[0.6, .inf]"), "must be a range"),
         (("robustness: collision", "robustness: colision"), "collision"),
         (("require:", "requires:"), "unknown key"),
     ],
@@ -217,6 +237,26 @@ def test_faults_of_the_file_have_their_line(tmp_path, change, words):
 def test_bad_arguments_are_refused(tmp_path, arguments, words):
     with pytest.raises(ValueError, match=words):
         Falsify(write_space(tmp_path), **arguments)
+
+
+def test_without_cma_it_tells_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    with pytest.raises(ImportError, match=r"hunav_drake\[falsify\].*random"):
+        Falsify(write_space(tmp_path))
+
+
+def test_of_several_robots_the_worst_counts():
+    scenario = LoadScenario("three_robots")
+    recording = RunTrial(
+        dc.replace(
+            scenario, simulation=dc.replace(scenario.simulation, duration=1.0)
+        )
+    ).recording
+    found = scene_cell(scenario, "timeout").numbers(recording, 0)
+    assert found["robustness"] == min(
+        robustness_of("timeout").failing(it, 1.0).robustness
+        for it in recording.robots
+    )
 
 
 def test_values_of_a_point():
