@@ -51,7 +51,8 @@ class RunOptions(TypedDict, total=False):
     # A folder for the runs and the results, where runs are not repeated.
     out: str | Path | None
 
-    # The number of processes; 1, the default, is this process.
+    # The number of processes; 1, the default, is this process, and 0 stands for
+    # one for each processor.
     workers: int
 
     # An executor instead, such as that of a Dask client.

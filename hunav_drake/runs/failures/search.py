@@ -21,16 +21,15 @@ from hunav_drake.runs.failures.scene_runs import (
     scene_cell,
 )
 from hunav_drake.runs.failures.space import (
-    LoadSearchSpace,
     SearchSpace,
-    fault_at,
     override_texts,
+    read_space,
 )
 from hunav_drake.runs.suite import PlannerChoice, planner_overrides
 from hunav_drake.scenario import LoadScenario, Scenario, ScenarioError
-from hunav_drake.scenario.building import build_scenario
+from hunav_drake.scenario.building import Places, build_scenario
 from hunav_drake.scenario.checks import ALL_CHECKS
-from hunav_drake.scenario.error import Loc
+from hunav_drake.scenario.error import Fault, Finding, Loc
 from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.arrays import Array
@@ -114,10 +113,11 @@ def Falsify(
     if not isinstance(budget, int) or budget < 1:
         raise ValueError(f"budget must be a positive number, got {budget!r}")
     check_seed(seed)
+    places = Places()
     if not isinstance(space, SearchSpace):
-        space = LoadSearchSpace(filename=space)
+        space, places = read_space(space)
     label, keys = planner_overrides(planner) if planner else ("", {})
-    base = _base(space, keys)
+    base = _base(space, keys, places)
     about = {
         "space": plain(space),
         "planner": [label, dict(keys)],
@@ -144,7 +144,7 @@ def Falsify(
     return failures
 
 
-def _base(space: SearchSpace, planner: Any) -> dict[str, Any]:
+def _base(space: SearchSpace, planner: Any, places: Places) -> dict[str, Any]:
     """Returns the scenario as plain data, with the space checked on it.
 
     Raises:
@@ -155,7 +155,7 @@ def _base(space: SearchSpace, planner: Any) -> dict[str, Any]:
         filename=space.scenario, overrides=[*given, *space.overrides]
     )
     data = cast(dict[str, Any], plain(scenario, whole=False))
-    faults = []
+    faults: dict[Fault, None] = {}
     for path, ends in space.ends():
         for value in ends:
             trial = copy.deepcopy(data)
@@ -166,9 +166,11 @@ def _base(space: SearchSpace, planner: Any) -> dict[str, Any]:
                 checks = ALL_CHECKS if isinstance(value, str) else ()
                 _, findings = build_scenario(trial, checks)
                 messages = [it.message for it in findings]
-            faults += [fault_at(path, it) for it in messages]
+            loc = ("space", path)
+            for it in messages:
+                faults[places.fault(Finding(loc, it), None)] = None
     if faults:
-        raise ScenarioError("search", dict.fromkeys(faults))
+        raise ScenarioError(next(iter(faults)).source, faults)
     return data
 
 
@@ -195,13 +197,13 @@ def _try(
         built_scene(_with_values(base, it)[0], space.require.start_gap)
         for it in values
     ]
-    failings = run_scenes(runs, scenarios, space.robustness, budget)
+    failings = _run_scenes(runs, scenarios, space.robustness, budget)
     valid = [it is not None for it in scenarios]
     tried += map(_Tried, values, valid, failings)
     return [it.robustness for it in failings]
 
 
-def run_scenes(
+def _run_scenes(
     runs: SceneRuns,
     scenarios: list[Scenario | None],
     robustness: str,
@@ -242,7 +244,10 @@ def _cma(size: int, seed: int, budget: int) -> _Search:
     left, restart = budget, 0
     while left:
         draws = stream(seed, restart, Purpose.SEARCH)
-        start = draws.random(size) if restart else np.full(size, 0.5)
+        # (It does not search in one dimension: a second one has no effect.)
+        start = np.full(max(size, 2), 0.5)
+        if restart:
+            start = draws.random(len(start))
         strategy = cma.CMAEvolutionStrategy(
             start,
             _SIGMA,
@@ -258,7 +263,7 @@ def _cma(size: int, seed: int, budget: int) -> _Search:
         restart += 1
         for _ in range(_RESTART // _GENERATION):
             points = [np.asarray(it) for it in strategy.ask()]
-            values = yield points[:left]
+            values = yield [point[:size] for point in points[:left]]
             left -= len(values)
             if not left:
                 return
@@ -309,17 +314,21 @@ def _minimal(
         scenes = [
             built_scene(it, space.require.start_gap) for it in asked.values()
         ]
-        failings = run_scenes(runs, scenes, space.robustness, total)
+        failings = _run_scenes(runs, scenes, space.robustness, total)
         answers = dict(zip(asked, failings, strict=True))
-    found = []
-    for k, i in enumerate(worst):
+    found: dict[str, Scene] = {}
+    # What is minimal may be of another kind.
+    for k in sorted(ends, key=lambda k: ends[k].failing.robustness):
+        failing = ends[k].failing
         scenario = built_scene(ends[k].data, space.require.start_gap)
         assert scenario is not None
-        kind = kind_of_failure(tried[i].failing)
-        found.append(
-            Scene(scenario, ends[k].failing, kind, i, len(kinds[kind]))
-        )
-    return sorted(found, key=lambda it: it.failing.robustness)
+        count = len(kinds[kind_of_failure(tried[worst[k]].failing)])
+        kind = kind_of_failure(failing)
+        scene = Scene(scenario, failing, kind, worst[k], count)
+        if kind in found:
+            scene = found[kind]._replace(found=found[kind].found + count)
+        found[kind] = scene
+    return [*found.values()]
 
 
 # Directions from a robot, counterclockwise, and closing speeds, in m/s.

@@ -24,7 +24,7 @@ from hunav_drake.scenario.building import (
     document_faults,
     schema_findings,
 )
-from hunav_drake.scenario.error import Fault, ScenarioError
+from hunav_drake.scenario.error import ScenarioError
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.plain_errors import plain_errors
@@ -155,17 +155,26 @@ def LoadSearchSpace(
         raise ValueError(
             "LoadSearchSpace() takes exactly one of filename and data"
         )
+    return read_space(filename, data or "")[0]
+
+
+def read_space(
+    filename: str | Path | None, data: str = ""
+) -> tuple[SearchSpace, Places]:
+    """Returns the space of a search, and the places of its parts."""
     document = (
-        read_yaml(filename) if filename else parse_yaml(data or "", name="data")
+        parse_yaml(data, name="data")
+        if filename is None
+        else read_yaml(filename)
     )
     faults = document_faults(document)
     if document.root is None or faults:
         raise ScenarioError(document.name, faults)
     plain = document.plain()
+    places = Places(document)
     try:
         space = TypeAdapter(SearchSpace).validate_python(plain)
     except ValidationError as error:
-        places = Places(document)
         findings = schema_findings(error, plain, SearchSpace)
         raise ScenarioError(
             document.name, [places.fault(it, plain) for it in findings]
@@ -174,9 +183,4 @@ def LoadSearchSpace(
         beside = Path(filename).resolve().parent / space.scenario
         if beside.is_file():
             space.scenario = str(beside)
-    return space
-
-
-def fault_at(path: str, message: str) -> Fault:
-    """Returns a fault of a path of the space."""
-    return Fault("search", 0, f"space.{path}", message)
+    return space, places

@@ -182,6 +182,16 @@ def test_scenes_that_begin_too_near_are_not_run(tmp_path):
     assert not (out / "runs.jsonl").read_text()
 
 
+def test_a_single_range_is_searched_too(tmp_path):
+    text = SPACE.replace("  humans.ana.pose[1]: [1, 4]\n", "")
+    text = text.replace("  humans.ana.desired_speed: [0.6, 1.6]\n", "")
+    text = text.replace("  humans.luis.behavior:", "# ")
+    failures = Falsify(write_space(tmp_path, text), budget=3)
+    assert [[*values] for values, _ in failures.runs] == [
+        ["humans.ana.pose[0]"]
+    ] * 3
+
+
 def test_another_planner_is_tried(tmp_path):
     failures = Falsify(
         write_space(tmp_path), {"type": "pursuit"}, method="random", budget=3
@@ -204,9 +214,14 @@ def test_faults_of_the_space_are_told_before_anything_runs(
     tmp_path, change, words
 ):
     out = tmp_path / "out"
-    with pytest.raises(ScenarioError, match=words):
+    with pytest.raises(ScenarioError, match=words) as caught:
         Falsify(write_space(tmp_path, SPACE.replace(*change)), out=out)
     assert not out.exists()
+    if "nowhere" not in str(change):
+        assert all(
+            it.source.endswith("space.yaml") for it in caught.value.faults
+        )
+        assert all(it.line > 4 for it in caught.value.faults)
 
 
 @pytest.mark.parametrize(
