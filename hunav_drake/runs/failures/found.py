@@ -1,8 +1,6 @@
 """The failures that a search has found, and their files."""
 
-import csv
 from dataclasses import dataclass, replace
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +26,12 @@ else:
 
 # A Context is kept of this time before a failure, in seconds.
 _BEFORE = 3.0
+
+# The columns of the table of scenes.
+_COLUMNS = (
+    *("scene", "rho", "time", "person", "kind", "closing_speed", "people"),
+    *("run", "found"),
+)
 
 # The files of a search, beside the scenes.
 RANK, TRIED = "rank.csv", "tried.csv"
@@ -104,7 +108,7 @@ class Failures:
             }
             for i, it in enumerate(self.scenes)
         ]
-        return pd.DataFrame(rows)
+        return pd.DataFrame(rows, columns=[*_COLUMNS])
 
     def cells(self) -> list[SceneCell]:
         """Returns the cells of the scenes, as for replays."""
@@ -153,26 +157,19 @@ def write_failures(failures: Failures, folder: Path) -> None:
         RuntimeError: If a scene does not fail as it did.
         OSError: If a file cannot be written.
     """
-    rows = failures.table.to_dict("records")
+    table, hashes = failures.table, []
     for i, scene in enumerate(failures.scenes):
         path = folder / f"{scene_name(i)}.yaml"
         SaveScenario(described(scene, failures.robustness), path)
-        rows[i]["sha256"] = _run_again(
-            scene, failures.robustness, path.with_suffix(".npz")
+        hashes.append(
+            _run_again(scene, failures.robustness, path.with_suffix(".npz"))
         )
-    _write_csv(folder / RANK, rows)
-    _write_csv(
-        folder / TRIED,
-        [
-            {
-                "run": k,
-                "rho": it.robustness,
-                "time": round(it.time, 6),
-                **values,
-            }
-            for k, (values, it) in enumerate(failures.runs)
-        ],
-    )
+    _write_table(folder / RANK, table.assign(sha256=hashes))
+    tried = [
+        {"run": k, "rho": it.robustness, "time": round(it.time, 6)} | values
+        for k, (values, it) in enumerate(failures.runs)
+    ]
+    _write_table(folder / TRIED, pd.DataFrame(tried))
 
 
 def _run_again(scene: Scene, robustness: str, path: Path) -> str:
@@ -199,12 +196,6 @@ def _run_again(scene: Scene, robustness: str, path: Path) -> str:
     return recording_sha256(recording)
 
 
-def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
-    text = io.StringIO()
-    writer = csv.DictWriter(
-        text, [*(rows[0] if rows else ())], lineterminator="\n"
-    )
-    writer.writeheader()
-    writer.writerows(rows)
+def _write_table(path: Path, table: "pd.DataFrame") -> None:
     with atomic_write(path) as file:
-        file.write(text.getvalue().encode())
+        file.write(table.to_csv(index=False).encode())
