@@ -123,6 +123,11 @@ def _member(data: Any, loc: Loc) -> Any:
     step = loc[-1]
     whole = path_text(None, loc[:-1]) or "the scenario"
     if isinstance(step, str):
+        if isinstance(data, list):
+            raise ValueError(
+                f"{whole} has no member named {shown(step)}; its members go by"
+                f" name, or by number, as in {whole}[0]"
+            )
         if not isinstance(data, dict):
             raise ValueError(f"{whole} is {shown(data)}, not a mapping")
         if step not in data:

@@ -203,7 +203,7 @@ def test_another_planner_is_tried(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("humans.ana.pose[0]", "humans.eva.pose[0]"), "not a mapping"),
+        (("humans.ana.pose[0]", "humans.eva.pose[0]"), "no member named"),
         (("[0.6, 1.6]", "[-2.0, 1.6]"), r"desired_speed.*must be"),
         (("desired_speed: [", "desired_sped: ["), "unknown key"),
         (("[regular, curious]", "[regular, curios]"), "curious"),
