@@ -81,7 +81,7 @@ $(LOWEST)/.ready: pyproject.toml tests/lowest.py $(READY)
 	@echo "Installing the oldest versions that are allowed"
 	@$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check \
 	    --constraint $(LOWEST)/constraints.txt --only-binary :all: \
-	    --editable '.[completion,dask,editor,film]' \
+	    --editable '.[completion,dask,editor,falsify,film]' \
 	    hypothesis jsonschema nbclient py_trees pytest pytest-xdist
 	@touch $@
 

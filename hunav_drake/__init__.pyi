@@ -21,6 +21,13 @@ from .runs import (
     Suite as Suite,
     SuiteResult as SuiteResult,
 )
+from .runs.failures.found import Failures as Failures
+from .runs.failures.risk import (
+    EstimateFailureProbability as EstimateFailureProbability,
+    FailureProbability as FailureProbability,
+)
+from .runs.failures.search import Falsify as Falsify
+from .runs.failures.space import LoadSearchSpace as LoadSearchSpace
 from .runs.recording_files import ReadRecording as ReadRecording
 from .runs.result_files import (
     LoadResults as LoadResults,
@@ -78,6 +85,7 @@ from .trial.leaving import (
 from .trial.result import TrialResult as TrialResult
 from .trial.seeds import (
     GetTrialSeed as GetTrialSeed,
+    SetDecisionSeed as SetDecisionSeed,
     SetHumansSeed as SetHumansSeed,
     SetTrialSeed as SetTrialSeed,
 )

@@ -11,6 +11,15 @@ def shipped_names() -> list[str]:
     return sorted(path.stem for path in names if path.suffix == ".yaml")
 
 
+def hard_names() -> list[str]:
+    """Returns the names, "hard/...", of scenes in which a planner fails.
+
+    They are those of the suite "hard", and are not listed with the others.
+    """
+    folder = resources.files(__name__) / "hard"
+    return sorted(f"hard/{Path(it.name).stem}" for it in folder.iterdir())
+
+
 def shipped_text(name: str) -> str:
     """Returns the text of a scenario that comes with the package."""
     file = resources.files(__name__) / f"{name}.yaml"

@@ -9,13 +9,13 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from hunav_drake import LoadScenario, Tracks, WriteTracks
+from hunav_drake import LoadScenario, LoadSearchSpace, Tracks, WriteTracks
 from hunav_drake.commands import cli
 from hunav_drake.runs import LoadSuite
 from hunav_drake.scenario.generate.kind import KINDS
 from hunav_drake.systems.behavior.nodes import registry as nodes
 from hunav_drake.systems.crowd import MOTION_MODELS
-from hunav_drake.systems.evaluation import METRICS
+from hunav_drake.systems.evaluation import METRICS, ROBUSTNESS
 from hunav_drake.systems.people.tracks import Track
 from hunav_drake.systems.planning import PLANNERS
 from hunav_drake.systems.robot import ROBOTS
@@ -98,7 +98,7 @@ def registers_as_before(monkeypatch, tmp_path):
     mpl.use("Agg")
     for registry in (PLANNERS, MOTION_MODELS, ROBOTS, KINDS):
         monkeypatch.setattr(registry, "_choices", dict(registry))
-    plain = (METRICS, nodes._TYPES)
+    plain = (METRICS, ROBUSTNESS, nodes._TYPES)
     before = [dict(register) for register in plain]
     yield
     for register, was in zip(plain, before, strict=True):
@@ -147,6 +147,8 @@ def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page, tmp_path):
         if re.search(r"^scenarios:", block, re.M):
             text = re.sub(r"[\w/]+\.yaml", "cafe", block)
             assert LoadSuite(data=text).planners
+        elif re.search(r"^space:", block, re.M):
+            LoadSearchSpace(data=block)
         else:
             (work / "my.yaml").write_text(block)
             LoadScenario(filename=work / "my.yaml")
@@ -223,7 +225,7 @@ def parses(words):
 
 
 # These take long, or a browser, or a network; they have tests of their own.
-LONG = {"bench", "validate", "edit", "doctor", "render"}
+LONG = {"bench", "validate", "edit", "doctor", "render", "falsify", "risk"}
 
 
 @pytest.mark.slow

@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Callable, Iterator
 import contextlib
 import dataclasses
-import importlib.util
 import math
 from pathlib import Path
 import sys
@@ -12,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import DONE, FAILED, input_errors
 from hunav_drake.commands.options import (
+    add_executor_options,
     add_import_option,
     progress_bar,
+    run_executor,
     whole_number,
 )
 from hunav_drake.systems.common.input_error import InputError
@@ -46,11 +47,6 @@ def add_bench_options(bench: argparse.ArgumentParser) -> None:
         default=Path("out"),
         help="write the results to a folder in DIR with the name of the suite"
         " (default: out)",
-    )
-    bench.add_argument(
-        "--workers",
-        type=whole_number(1),
-        help="the number of worker processes (default: one per processor)",
     )
     bench.add_argument(
         "--seeds",
@@ -98,15 +94,7 @@ def add_bench_options(bench: argparse.ArgumentParser) -> None:
         default="time_to_reach_goal",
         help="the metric whose mean the progress bar shows",
     )
-    bench.add_argument(
-        "--executor",
-        choices=("processes", "dask"),
-        default="processes",
-        help="run trials in processes on this machine, or on a Dask cluster",
-    )
-    bench.add_argument(
-        "--address", help="the address of the Dask scheduler, host:port"
-    )
+    add_executor_options(bench)
     bench.add_argument(
         "--fresh",
         action="store_true",
@@ -167,7 +155,7 @@ def _bench(options: argparse.Namespace) -> int:
         out = options.out / suite.name
         path = Path(options.suite)
         with contextlib.ExitStack() as stack:
-            executor, workers = stack.enter_context(_executor(options))
+            executor, workers = stack.enter_context(run_executor(options))
             result = RunSuite(
                 suite,
                 out=out,
@@ -232,39 +220,6 @@ def _suite(options: argparse.Namespace) -> "Suite":
         metric, width = options.until
         changes["until"] = Until(metric=metric, half_width=width)
     return dataclasses.replace(suite, **changes)
-
-
-@contextlib.contextmanager
-def _executor(options: argparse.Namespace) -> Iterator[tuple[Any, int | None]]:
-    """Yields an executor, or None for `RunSuite`'s own, and its workers."""
-    if options.executor != "dask":
-        if options.address:
-            raise InputError("--address goes with --executor dask")
-        if options.workers == 1:
-            # A separate process: if it dies, the suite continues.
-            from hunav_drake.runs.worker_pool import WorkerPool
-
-            with WorkerPool(1) as pool:
-                yield pool, 1
-        else:
-            yield None, options.workers
-        return
-    if importlib.util.find_spec("distributed") is None:
-        raise InputError(
-            "--executor dask needs Dask: pip install 'hunav_drake[dask]'"
-        )
-    from hunav_drake.runs.cluster import ClusterError, connect
-
-    if not options.address:
-        raise InputError(
-            "--executor dask needs --address HOST:PORT, the address of the"
-            " scheduler"
-        )
-    try:
-        with connect(options.address) as (executor, count):
-            yield executor, options.workers or count
-    except ClusterError as error:
-        raise InputError(f"--address {options.address}: {error}") from error
 
 
 def _write_replays(

@@ -54,6 +54,8 @@ _COMMANDS = {
     "render": ("render", "make a film or a picture of a recorded run"),
     "tree": ("tree", "show, check and convert behavior trees"),
     "bench": ("bench", "compare planners over scenarios and seeds"),
+    "falsify": ("failures", "search for scenes in which a planner fails"),
+    "risk": ("failures", "estimate how likely a planner fails"),
     "differences": (
         "differences",
         "list the differences from HuNavSim, with reasons",

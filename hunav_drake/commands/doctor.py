@@ -34,6 +34,7 @@ _EXTRAS = (
     ("completion", "shtab", "hunav completion"),
     ("dask", "distributed", "hunav bench --executor dask"),
     ("editor", "anywidget", "hunav edit"),
+    ("falsify", "cma", "hunav falsify"),
     ("film", "av", "hunav render to .mp4"),
     ("gazebo", "trimesh", "meshes of worlds of Gazebo"),
     ("notebook", "jupyterlab", "make notebook"),

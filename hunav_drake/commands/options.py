@@ -3,11 +3,13 @@
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 import contextlib
+import importlib.util
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
 
 from hunav_drake.commands.errors import input_errors
+from hunav_drake.systems.common.input_error import InputError
 from hunav_drake.systems.common.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -43,6 +45,59 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
         help="change a value of the scenario: robot.radius=0.3,"
         " humans[0].behavior=...",
     )
+
+
+def add_executor_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that choose where trials are run."""
+    parser.add_argument(
+        "--workers",
+        type=whole_number(1),
+        help="the number of worker processes (default: one per processor)",
+    )
+    parser.add_argument(
+        "--executor",
+        choices=("processes", "dask"),
+        default="processes",
+        help="run trials in processes on this machine, or on a Dask cluster",
+    )
+    parser.add_argument(
+        "--address", help="the address of the Dask scheduler, host:port"
+    )
+
+
+@contextlib.contextmanager
+def run_executor(
+    options: argparse.Namespace,
+) -> Iterator[tuple[Any, int | None]]:
+    """Yields an executor, or None for the workers of runs, and their number."""
+    if options.executor != "dask":
+        if options.address:
+            raise InputError("--address goes with --executor dask")
+        if options.workers == 1:
+            # A separate process: if it dies, the suite continues.
+            from hunav_drake.runs.worker_pool import WorkerPool
+
+            with WorkerPool(1) as pool:
+                yield pool, 1
+        else:
+            yield None, options.workers
+        return
+    if importlib.util.find_spec("distributed") is None:
+        raise InputError(
+            "--executor dask needs Dask: pip install 'hunav_drake[dask]'"
+        )
+    from hunav_drake.runs.cluster import ClusterError, connect
+
+    if not options.address:
+        raise InputError(
+            "--executor dask needs --address HOST:PORT, the address of the"
+            " scheduler"
+        )
+    try:
+        with connect(options.address) as (executor, count):
+            yield executor, options.workers or count
+    except ClusterError as error:
+        raise InputError(f"--address {options.address}: {error}") from error
 
 
 def overlay_names(text: str) -> list["Overlay"]:
@@ -185,6 +240,8 @@ EXAMPLES = {
     "tree convert": "hunav tree convert regular -o regular_v4.xml",
     "edit": "hunav edit mine.yaml",
     "bench": "hunav bench standard --seeds 2 --out results",
+    "falsify": "hunav falsify space.yaml --planner dwb --out failures",
+    "risk": "hunav risk crossing --planner dwb --set crowd.decisions={}",
     "differences": "hunav differences --left",
     "validate": "hunav validate --case corridor_time --quick",
     "doctor": "hunav doctor",
@@ -196,6 +253,8 @@ AFTER_INTERRUPT = {
     "run": "nothing was written of this run; run it again",
     "evaluate": "no run was written; the same command writes it",
     "bench": "finished runs are kept; the same command continues from there",
+    "falsify": "finished runs are kept; the same command continues from there",
+    "risk": "with --out, finished runs are kept, and the same command goes on",
     "validate": "nothing was written; --case and --model choose fewer cases",
     "render": "no film was written; --from and --to film a part",
     "report": "no report was written; run it again",

@@ -157,3 +157,24 @@ def within_bounds(
         return ends
     low, high = (float(np.clip(end, *bounds)) for end in ends)
     return low, high
+
+
+def exact_interval(
+    successes: int, n: int, confidence: float = 0.95
+) -> tuple[float, float]:
+    """Returns the exact interval of a rate (Clopper and Pearson 1934).
+
+    It holds the rate with at least this confidence, for any n.
+
+    Args:
+        successes: Of n independent runs.
+        n: At least 1.
+        confidence: In (0, 1).
+    """
+    from scipy.special import betaincinv
+
+    tail = (1 - confidence) / 2
+    k = successes
+    low = float(betaincinv(k, n - k + 1, tail)) if k > 0 else 0.0
+    high = float(betaincinv(k + 1, n - k, 1 - tail)) if k < n else 1.0
+    return low, high

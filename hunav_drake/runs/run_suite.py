@@ -85,7 +85,7 @@ def RunSuite(
             process.
         ConnectionError: If the executor has cancelled its tasks.
     """
-    imported = _absolute(imports)
+    imported = absolute_imports(imports)
     # The suite may name parts that they register.
     import_user_code(imported)
     cells = make_cells(suite, Path(folder) if folder is not None else None)
@@ -118,13 +118,13 @@ def RunSuite(
         # If there is a log, runs are not kept in memory.
         rows = done if log is None else None
         done = RunTable()
-        _Driver(executor, plans, log, rows, progress).run(window)
+        Driver(executor, plans, log, rows, progress).run(window)
         if log is not None:
             rows = RunTable(log.read(cells, hash_of_all(code)))
         return SuiteResult(suite, cells, _counted(rows or done, plans), out)
 
 
-def _absolute(imports: Sequence[str]) -> tuple[str, ...]:
+def absolute_imports(imports: Sequence[str]) -> tuple[str, ...]:
     """Returns modules and files, the latter with absolute paths."""
     return tuple(
         str(Path(name).resolve()) if name.endswith(".py") else name
@@ -166,7 +166,7 @@ def _counted(rows: RunTable, plans: Sequence[CellPlan]) -> RunTable:
     return rows.sorted(np.array(asked, dtype=np.int64))
 
 
-class _Driver:
+class Driver:
     """Submits tasks, and collects rows."""
 
     def __init__(
@@ -177,6 +177,7 @@ class _Driver:
         rows: RunTable | None,
         progress: Progress,
     ) -> None:
+        """Constructs a Driver of plans; it adds rows to log and table."""
         self._executor = executor
         self._plans = {plan.cell.name: plan for plan in plans}
         self._log = log
@@ -189,9 +190,15 @@ class _Driver:
         # Plans that may have more tasks.
         self._open = list(plans)
 
-    def run(self, window: int) -> None:
-        """Runs until all plans are done; at most `window` tasks at once."""
-        self._warm_up()
+    def run(self, window: int, *, warm_up: bool = True) -> None:
+        """Runs until all plans are done.
+
+        Args:
+            window: The largest number of tasks at once.
+            warm_up: Whether one worker compiles kernels before all need them.
+        """
+        if warm_up:
+            self._warm_up()
         running: dict[Future[list[RunRow]], Task] = {}
         ended: SimpleQueue[Future[list[RunRow]]] = SimpleQueue()
         try:

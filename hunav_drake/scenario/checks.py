@@ -305,6 +305,8 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
         (("evaluator", "period"), scenario.evaluator.period),
         (("simulation", "duration"), scenario.simulation.duration),
     ]
+    if (decisions := scenario.crowd.decisions) is not None:
+        times.append((("crowd", "decisions", "period"), decisions.period))
     delays: list[tuple[Loc, float]] = [
         (("robot", "command_delay"), scenario.robot.command_delay)
     ]

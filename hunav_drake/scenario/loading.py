@@ -27,7 +27,7 @@ from hunav_drake.scenario.reachability import check_ways
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_document import YamlDocument
 from hunav_drake.scenario.yaml_source import parse_yaml, read_yaml
-from hunav_drake.scenarios import shipped_names, shipped_text
+from hunav_drake.scenarios import hard_names, shipped_names, shipped_text
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 
@@ -187,7 +187,7 @@ def _read(filename: str | Path) -> YamlDocument:
     """Reads a file, or the shipped scenario of that name."""
     shipped = shipped_names()
     is_file = os.path.isfile(filename)
-    if not is_file and str(filename) in shipped:
+    if not is_file and str(filename) in {*shipped, *hard_names()}:
         return parse_yaml(shipped_text(str(filename)), name=f"{filename}.yaml")
     document = read_yaml(filename)
     if not is_file:

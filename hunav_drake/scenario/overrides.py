@@ -7,7 +7,7 @@ import re
 from typing import Any
 
 from hunav_drake.scenario.building import hint_at, kind_of, override_place
-from hunav_drake.scenario.error import Fault, Loc, path_text, shown
+from hunav_drake.scenario.error import Fault, Loc, child, path_text, shown
 from hunav_drake.scenario.old_words import renew_override
 from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.common.old_words import TAG
@@ -29,7 +29,8 @@ def apply_overrides(
             missing members of lists are not.
         overrides: Texts of a path, an equals sign and a value in YAML, such
             as "robot.radius=0.3"; one such text; or a mapping of paths to
-            values. With several robots, paths of `robot` and `planner` are
+            values. Members of a list may go by name: "humans.ana.radius=0.3".
+            With several robots, paths of `robot` and `planner` are
             those of each of them, and so are those of `sensors`, unless the
             scenario has some of its own.
 
@@ -65,7 +66,7 @@ def _apply(data: Any, text: str) -> list[Loc]:
     for _, finding in document.findings:
         raise ValueError(f"the value {finding.message}")
     value = document.plain()
-    loc = renew_override(loc, value, text)
+    loc = renew_override(_numbered(data, loc), value, text)
     locs = [loc]
     members = data.get("robots") if isinstance(data, dict) else None
     own = {"robot", "planner"}
@@ -76,6 +77,20 @@ def _apply(data: Any, text: str) -> list[Loc]:
     for it in locs:
         _set(data, it, copy.deepcopy(value))
     return locs
+
+
+def _numbered(data: Any, loc: Loc) -> Loc:
+    """Returns a path in which members of lists go by index, not by name."""
+    found: list[str | int] = []
+    for step in loc:
+        names = (
+            [child(it, "name") for it in data] if isinstance(data, list) else []
+        )
+        if isinstance(step, str) and names.count(step) == 1:
+            step = names.index(step)
+        found.append(step)
+        data = child(data, step)
+    return tuple(found)
 
 
 def _set(data: Any, loc: Loc, value: Any) -> None:
@@ -108,6 +123,11 @@ def _member(data: Any, loc: Loc) -> Any:
     step = loc[-1]
     whole = path_text(None, loc[:-1]) or "the scenario"
     if isinstance(step, str):
+        if isinstance(data, list):
+            raise ValueError(
+                f"{whole} has no member named {shown(step)}; its members go by"
+                f" name, or by number, as in {whole}[0]"
+            )
         if not isinstance(data, dict):
             raise ValueError(f"{whole} is {shown(data)}, not a mapping")
         if step not in data:

@@ -67,6 +67,10 @@ def _draws(scenario: Scenario) -> Iterator[str]:
         yield "arrivals at sources"
     if any(_draws_in(it, scenario.crowd.profile) for it in people):
         yield "chances of behaviors"
+    decisions = scenario.crowd.decisions
+    deciding = decisions is not None and decisions.sigma_heading > 0
+    if deciding and (listed or cohorts or sources):
+        yield "decisions of people"
     robots = [part.scenario for part in robot_parts(scenario)]
     if any(map(_is_noise_seen, robots)):
         yield "noise of the lidar"
@@ -143,7 +147,8 @@ def how_to_draw(scenario: Scenario) -> str:
     population = scenario.population
     if not scenario.humans and not population.number:
         return "add people with simulation.start_jitter, or a population"
-    words = ["set simulation.start_jitter", "forces_mode: random_normal"]
+    words = ["set simulation.start_jitter", "crowd.decisions={}"]
+    words.append("forces_mode: random_normal")
     if population.number:
         words.append("leave out population.seed")
     else:

@@ -128,8 +128,9 @@ def MakeHumans(
         A diagram named "humans" of the systems "crowd" and "behaviors", or
         "crowd", "behavior_0" ..., and "commands", "behavior_status" and, with
         social leaves, "signals", which join their outputs, with the ports of
-        `HumanPorts` by these names; and "recorded", `RecordedPeople`, if
-        people have a `track`.
+        `HumanPorts` by these names; "decisions", `HumanDecisions`, if the
+        configuration has some; and "recorded", `RecordedPeople`, if people have
+        a `track`.
 
     Raises:
         BehaviorTreeError: If a behavior is unknown or faulty.
@@ -239,6 +240,22 @@ def MakeHumans(
         for system in systems:
             builder.Connect(signals, system.GetInputPort("social_signals"))
         builder.ExportOutput(signals, "social_signals")
+    if config.decisions is not None and humans:
+        from hunav_drake.systems.crowd.human_decisions import HumanDecisions
+
+        decisions = builder.AddNamedSystem(
+            "decisions",
+            HumanDecisions(
+                humans,
+                config.decisions,
+                obstacles=obstacles if config.route_planning else None,
+                time_step=time_step,
+                seed=options.get("seed", 0),
+            ),
+        )
+        builder.Connect(states, decisions.GetInputPort("human_states"))
+        builder.Connect(commands, decisions.GetInputPort("commands"))
+        commands = decisions.GetOutputPort("commands")
     users = [*systems]
     if recorded is not None:
         builder.AddNamedSystem("recorded", recorded)

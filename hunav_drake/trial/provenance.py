@@ -1,6 +1,7 @@
 """The provenance of a result: all that must be equal to reproduce it."""
 
 from collections.abc import Sequence
+import functools
 import hashlib
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +16,9 @@ _COMPUTES = (
     *("hunav_drake", "drake", "numpy", "numba", "llvmlite", "scipy"),
     "shapely",
 )
+
+# (Each reads a file.)
+_version = functools.cache(metadata.version)
 
 # The text for a trial without random draws: all its seeds give the same trial.
 NOTHING_DRAWN = "nothing"
@@ -99,7 +103,7 @@ def program_versions() -> Provenance:
 
     On another processor of that type, results agree up to rounding.
     """
-    versions = {name: metadata.version(name) for name in _COMPUTES}
+    versions = {name: _version(name) for name in _COMPUTES}
     return {
         **versions,
         "python": platform.python_version(),

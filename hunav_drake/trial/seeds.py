@@ -98,6 +98,35 @@ def SeededSystems(diagram: Diagram) -> Iterator[System]:
             yield from SeededSystems(system)
 
 
+def SetDecisionSeed(diagram: Diagram, context: Context, seed: int) -> None:
+    """Lets people decide by another seed from now on.
+
+    Until their next decision the trial goes on as before, bit for bit; from
+    then on it is another one, and the same each time with the same seed. So a
+    clone of a Context is one of many futures. Nothing else changes, also not
+    the seed that `GetTrialSeed` returns.
+
+    Args:
+        diagram: From `MakeTrialDiagram`, of a scenario with `crowd.decisions`.
+        context: A Context of it, changed.
+        seed: In [0, 2^63).
+
+    Raises:
+        ValueError: If the seed is not such a number, or if people decide by
+            their behaviors alone.
+        RuntimeError: If the Context belongs to another diagram.
+    """
+    humans = diagram.GetSubsystemByName("humans")
+    if not humans.HasSubsystemNamed("decisions"):
+        raise ValueError(
+            "people of this diagram draw no decisions: set crowd.decisions={}"
+            " in its scenario"
+        )
+    diagram.ValidateContext(context)
+    system = humans.GetSubsystemByName("decisions")
+    system.SetSeed(system.GetMyMutableContextFromRoot(context), seed)
+
+
 def GetTrialSeed(diagram: Diagram, context: Context) -> int:
     """Returns the seed of a Context of a trial's diagram.
 

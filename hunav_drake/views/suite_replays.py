@@ -67,7 +67,7 @@ def WriteReplays(
         with pool(*arguments) as executor:
             futures = {
                 executor.submit(
-                    *(_write, cell, seeds[cell.name], path),
+                    *(WriteReplay, cell, path, seeds[cell.name]),
                     json.dumps(firsts[cell.name]),
                 ): path
                 for cell, path in missing
@@ -83,10 +83,24 @@ def WriteReplays(
     return [path for _, path in missing]
 
 
-def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
-    """Runs a trial again, and writes its replay."""
+def WriteReplay(
+    cell: Cell, path: Path, seed: int | None = None, metrics: str = ""
+) -> None:
+    """Runs a trial again, and writes its replay.
+
+    Args:
+        cell: Its cell.
+        path: The file to write.
+        seed: Its seed; by default that of its scenario.
+        metrics: Its metrics as JSON, to compare them; empty if unknown.
+
+    Raises:
+        RuntimeError: If the metrics differ.
+        OSError: If the file cannot be written.
+    """
     import logging
 
+    from hunav_drake.scenario import LoadScenario
     from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.scenario.population import draw_people
     from hunav_drake.trial.simulation import RunTrial
@@ -94,14 +108,15 @@ def _write(cell: Cell, seed: int, path: Path, metrics: str) -> None:
 
     # Meshcat logs its address, which nobody needs.
     logging.getLogger("drake").setLevel(logging.WARNING)
-    scenario = cell.load(seed)
+    scenario = LoadScenario(data=cell.text) if seed is None else cell.load(seed)
+    seed = scenario.simulation.seed
     meshcat = StartMeshcatLocal()
     people = draw_people(scenario)
     SetView(meshcat, scenario.world, people, robots_of(scenario))
     result = RunTrial(scenario, meshcat=meshcat)
     found = {str(k): float(v) for k, v in result.metrics.items()}
     again = json.dumps(found | cell.numbers(result.recording, seed))
-    if again != metrics:
+    if metrics and again != metrics:
         raise RuntimeError(
             f"{cell.name}, seed {seed}: the trial does not repeat itself, so"
             " there is no replay of it; does a planner or metric of yours keep"

@@ -41,6 +41,8 @@ class Purpose(IntEnum):
     FALSE_DETECTION = 25
     LOCALIZATION = 26
     FALSE_VELOCITY = 27
+    DECISION = 28
+    SEARCH = 29
 
 
 def check_seed(seed: int) -> int:

@@ -1,6 +1,8 @@
 from .advance import advance_people as advance_people
 from .crowd_config import CrowdConfig as CrowdConfig
+from .decisions_config import DecisionsConfig as DecisionsConfig
 from .human_crowd import HumanCrowd as HumanCrowd, HumanCrowd_ as HumanCrowd_
+from .human_decisions import HumanDecisions as HumanDecisions
 from .models import (
     MOTION_MODELS as MOTION_MODELS,
     AnticipationVelocityModel as AnticipationVelocityModel,

@@ -15,6 +15,7 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     within,
 )
+from hunav_drake.systems.crowd.decisions_config import DecisionsConfig
 from hunav_drake.systems.crowd.motion_model import MOTION_MODELS, MotionModel
 from hunav_drake.systems.people.profile import PROFILES, ProfileName
 
@@ -100,6 +101,11 @@ class CrowdConfig:
     """Whether each person's behavior tree is a system of its own in the
     diagram; else one system ticks all, faster for many, with the same results.
     None is true for up to 10 people."""
+
+    decisions: DecisionsConfig | None = None
+    """Random decisions of people who walk, which the seed of the trial draws;
+    by default, people decide by their behaviors alone. {} takes the defaults of
+    all its keys."""
 
     @model_validator(mode="before")
     @classmethod

@@ -18,6 +18,10 @@ from .metrics import (
     select_metrics as select_metrics,
 )
 from .recording import Recording as Recording
+from .robustness import (
+    ROBUSTNESS as ROBUSTNESS,
+    register_robustness as register_robustness,
+)
 from .running_metrics import RunningMetric as RunningMetric
 from .situations import (
     FindSituations as FindSituations,

@@ -18,10 +18,10 @@ from hunav_drake.systems.common.random_streams import (
     draw_normal,
     draw_uniform,
 )
+from hunav_drake.systems.common.sampling import Sampling
 from hunav_drake.systems.people.gait import advance_gait, initial_gait
 from hunav_drake.systems.people.legs import ELLIPSE_SIZE, legs_at
 from hunav_drake.systems.sensing.ray_kernels import ray_distances
-from hunav_drake.systems.sensing.sampling import Sampling
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_parameters import LidarParameters
 from hunav_drake.systems.world.obstacles import Obstacles

@@ -23,7 +23,7 @@ from hunav_drake.systems.common.layout import (
     is_outside,
 )
 from hunav_drake.systems.common.random_streams import Purpose, draw_normal
-from hunav_drake.systems.sensing.sampling import Sampling
+from hunav_drake.systems.common.sampling import Sampling
 
 
 class Localization(Sampling, LeafSystem):

@@ -22,9 +22,9 @@ from hunav_drake.systems.common.random_streams import (
     draw_normal,
     draw_uniform,
 )
+from hunav_drake.systems.common.sampling import Sampling
 from hunav_drake.systems.people.legs import ELLIPSE_SIZE
 from hunav_drake.systems.sensing.ray_kernels import ray_distances
-from hunav_drake.systems.sensing.sampling import Sampling
 from hunav_drake.systems.sensing.sensor_parameters import DetectorParameters
 from hunav_drake.systems.sensing.visible_people import VisiblePeople, only_seen
 from hunav_drake.systems.world.obstacles import Obstacles

@@ -48,6 +48,13 @@ def test_seeds_of_shipped_scenarios_differ_where_something_is_drawn(name):
         ),
         ([FEEL % "default"], ()),
         ([FEEL % "random_normal"], ("weights of forces",)),
+        (["crowd.decisions={}"], ()),
+        (
+            [f"population={{{SOURCE}, seed: 2}}", "crowd.decisions={}"],
+            ("arrivals at sources", "decisions of people"),
+        ),
+        ([FEEL % "default", "crowd.decisions={}"], ("decisions of people",)),
+        ([FEEL % "default", "crowd.decisions={sigma_heading: 0}"], ()),
         ([f"population={{{COHORT}}}"], ("population",)),
         ([f"population={{{COHORT}, seed: 2}}"], ()),
         (

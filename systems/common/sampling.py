@@ -1,4 +1,4 @@
-"""What sensors with random errors share: samples that are held."""
+"""What systems that draw at random share: samples that are held."""
 
 from collections.abc import Sequence
 import math
@@ -64,7 +64,7 @@ class Sampling:
         )
 
     def SetSeed(self, context: Context, seed: int) -> None:
-        """Sets the seed of the noise in a Context; nothing else changes.
+        """Sets the seed of draws in a Context; nothing else changes.
 
         Raises:
             ValueError: If the seed is not in [0, 2^63).

@@ -1,0 +1,1 @@
+"""Scenes in which a planner fails, and how likely a failure is."""

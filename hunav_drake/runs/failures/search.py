@@ -1,0 +1,348 @@
+"""Searches a space of scenes for failures of a planner."""
+
+from collections.abc import Callable, Generator
+import contextlib
+import copy
+import functools
+import json
+import math
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, Unpack, cast
+
+import numpy as np
+
+from hunav_drake.runs.failures.found import Failures, Scene, write_failures
+from hunav_drake.runs.failures.minimal import Shrinking, shrink
+from hunav_drake.runs.failures.scene_runs import (
+    RunOptions,
+    SceneRuns,
+    built_scene,
+    failing_of,
+    scene_cell,
+)
+from hunav_drake.runs.failures.space import (
+    SearchSpace,
+    override_texts,
+    read_space,
+)
+from hunav_drake.runs.suite import PlannerChoice, planner_overrides
+from hunav_drake.scenario import LoadScenario, Scenario, ScenarioError
+from hunav_drake.scenario.building import Places, build_scenario
+from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.error import Fault, Finding, Loc
+from hunav_drake.scenario.overrides import apply_overrides
+from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.random_streams import (
+    Purpose,
+    check_seed,
+    stream,
+)
+from hunav_drake.systems.common.suggest import suggestion
+from hunav_drake.systems.evaluation.robustness import Failing
+
+Method = Literal["cma", "random"]
+
+METHODS: tuple[Method, ...] = ("cma", "random")
+
+# Of CMA-ES: the points of a generation, the first deviation in the unit cube,
+# and the runs after which it begins anew.
+_GENERATION, _SIGMA, _RESTART = 10, 0.3, 150
+
+# The largest number of scenes that are made minimal, the worst of each kind.
+_KEPT = 20
+
+
+# Yields points of the unit cube, and is sent their robustness.
+_Search = Generator[list[Array], list[float], None]
+
+
+class _Tried(NamedTuple):
+    """A point that was tried, and what became of it."""
+
+    values: dict[str, Any]
+    is_valid: bool
+    failing: Failing
+
+
+def Falsify(
+    space: SearchSpace | str | Path,
+    planner: PlannerChoice | None = None,
+    *,
+    method: Method = "cma",
+    budget: int = 300,
+    seed: int = 0,
+    **options: Unpack[RunOptions],
+) -> Failures:
+    """Searches for scenes in which a planner fails, and makes them minimal.
+
+    Scenes that cannot be simulated, or begin nearer than `require.start_gap`,
+    count as far from failing, and are not run. Of the failures, the worst of
+    each kind is made minimal: without people, behaviors and digits that it does
+    not need. A kind is the direction of the person from the robot, and the
+    speed at which they approach each other.
+
+    "cma" descends on the robustness by CMA-ES (Hansen 2016), with 10 scenes in
+    a generation; it begins anew after 150 runs, or once a whole generation
+    fails. "random" draws each scene by the seed and its number.
+
+    Args:
+        space: The scenes, or a file: see `LoadSearchSpace`.
+        planner: The planner, as in a suite: a name, or a mapping with its
+            parameters; by default that of the scenario.
+        method: The method.
+        budget: The number of scenes to try.
+        seed: The seed of the search, in [0, 2^63).
+        options: Where scenes are run; with `out`, a folder gets the results,
+            and a search that was interrupted goes on: see `RunOptions`.
+
+    Returns:
+        The failures. They do not depend on the number of workers.
+
+    Raises:
+        ScenarioError: If the scenario or the space is invalid.
+        ValueError: If an argument is out of its range, or if the folder has the
+            runs of another search.
+        ImportError: If "cma" is not installed: see the extra `falsify`.
+        OSError: If the folder cannot be written, or is in use.
+    """
+    if method not in METHODS:
+        raise ValueError(
+            f"there is no method {method!r}; {suggestion(method, METHODS)}"
+        )
+    if not isinstance(budget, int) or budget < 1:
+        raise ValueError(f"budget must be a positive number, got {budget!r}")
+    check_seed(seed)
+    places = Places()
+    if not isinstance(space, SearchSpace):
+        space, places = read_space(space)
+    label, keys = planner_overrides(planner) if planner else ("", {})
+    base = _base(space, keys, places)
+    about = {
+        "space": plain(space),
+        "planner": [label, dict(keys)],
+        "method": method,
+        "seed": seed,
+    }
+    with SceneRuns(about, **options) as runs:
+        tried: list[_Tried] = []
+        try_all = functools.partial(_try, runs, space, base, tried, budget)
+        search = _SEARCHES[method](len(space.space), seed, budget)
+        points = next(search)
+        with contextlib.suppress(StopIteration):
+            while True:
+                points = search.send(try_all(points))
+        scenes = _minimal(runs, space, base, tried, budget)
+    failures = Failures(
+        robustness=space.robustness,
+        scenes=scenes,
+        runs=[(it.values, it.failing) for it in tried],
+        refused=sum(not it.is_valid for it in tried),
+    )
+    if out := options.get("out"):
+        write_failures(failures, Path(out))
+    return failures
+
+
+def _base(space: SearchSpace, planner: Any, places: Places) -> dict[str, Any]:
+    """Returns the scenario as plain data, with the space checked on it.
+
+    Raises:
+        ScenarioError: If it is invalid, or a path or a range of the space.
+    """
+    given = [f"planner={json.dumps(planner)}"] if planner else []
+    scenario = LoadScenario(
+        filename=space.scenario, overrides=[*given, *space.overrides]
+    )
+    data = cast(dict[str, Any], plain(scenario, whole=False))
+    faults: dict[Fault, None] = {}
+    for path, ends in space.ends():
+        for value in ends:
+            trial = copy.deepcopy(data)
+            _, found = apply_overrides(trial, override_texts({path: value}))
+            messages = [it.message for it in found]
+            if not found:
+                # Only what no scene could have; walls and the like come later.
+                checks = ALL_CHECKS if isinstance(value, str) else ()
+                _, findings = build_scenario(trial, checks)
+                messages = [it.message for it in findings]
+            loc = ("space", path)
+            for it in messages:
+                faults[places.fault(Finding(loc, it), None)] = None
+    if faults:
+        raise ScenarioError(next(iter(faults)).source, faults)
+    return data
+
+
+def _with_values(
+    base: dict[str, Any], values: dict[str, Any]
+) -> tuple[dict[str, Any], list[Loc]]:
+    """Returns the data of a scene, and the places of its values."""
+    data = copy.deepcopy(base)
+    locs, _ = apply_overrides(data, override_texts(values))
+    return data, [*locs]
+
+
+def _try(
+    runs: SceneRuns,
+    space: SearchSpace,
+    base: dict[str, Any],
+    tried: list[_Tried],
+    budget: int,
+    points: list[Array],
+) -> list[float]:
+    """Runs scenes, adds them to those tried, and returns their robustness."""
+    values = [space.values(point) for point in points]
+    scenarios = [
+        built_scene(_with_values(base, it)[0], space.require.start_gap)
+        for it in values
+    ]
+    failings = _run_scenes(runs, scenarios, space.robustness, budget)
+    valid = [it is not None for it in scenarios]
+    tried += map(_Tried, values, valid, failings)
+    return [it.robustness for it in failings]
+
+
+def _run_scenes(
+    runs: SceneRuns,
+    scenarios: list[Scenario | None],
+    robustness: str,
+    total: int,
+) -> list[Failing]:
+    """Returns how near scenes are to a failure; None is as far as can be."""
+    valid = [it for it in scenarios if it is not None]
+    rows = iter(
+        runs.run(
+            [
+                (scene_cell(it, robustness), [it.simulation.seed])
+                for it in valid
+            ],
+            max(total, runs.done + len(valid)),
+        )
+    )
+    return [
+        failing_of(None if it is None else next(rows)[0]) for it in scenarios
+    ]
+
+
+def _random(size: int, seed: int, budget: int) -> _Search:
+    """Yields all points at once, each drawn by the seed and its number."""
+    yield [
+        stream(seed, run, Purpose.SEARCH).random(size) for run in range(budget)
+    ]
+
+
+def _cma(size: int, seed: int, budget: int) -> _Search:
+    """Yields generations of CMA-ES, and is sent their robustness."""
+    try:
+        import cma
+    except ImportError as error:
+        raise ImportError(
+            "the method 'cma' needs cma: pip install 'hunav_drake[falsify]', or"
+            " take the method 'random'"
+        ) from error
+    left, restart = budget, 0
+    while left:
+        draws = stream(seed, restart, Purpose.SEARCH)
+        # (It does not search in one dimension: a second one has no effect.)
+        start = np.full(max(size, 2), 0.5)
+        if restart:
+            start = draws.random(len(start))
+        strategy = cma.CMAEvolutionStrategy(
+            start,
+            _SIGMA,
+            {
+                "bounds": [0.0, 1.0],
+                "popsize": _GENERATION,
+                # Draws of its own would be global.
+                "seed": math.nan,
+                "randn": lambda *shape, own=draws: own.standard_normal(shape),
+                "verbose": -9,
+            },
+        )
+        restart += 1
+        for _ in range(_RESTART // _GENERATION):
+            points = [np.asarray(it) for it in strategy.ask()]
+            values = yield [point[:size] for point in points[:left]]
+            left -= len(values)
+            if not left:
+                return
+            strategy.tell(points, values)
+            if strategy.stop() or max(values) < 0:
+                break
+
+
+_SEARCHES: dict[Method, Callable[[int, int, int], _Search]] = {
+    "cma": _cma,
+    "random": _random,
+}
+
+
+def _minimal(
+    runs: SceneRuns,
+    space: SearchSpace,
+    base: dict[str, Any],
+    tried: list[_Tried],
+    total: int,
+) -> list[Scene]:
+    """Returns the worst scene of each kind, made minimal; the worst first."""
+    kinds: dict[str, list[int]] = {}
+    order = sorted(range(len(tried)), key=lambda i: tried[i].failing.robustness)
+    for i in order:
+        if tried[i].failing.robustness < 0:
+            kinds.setdefault(kind_of_failure(tried[i].failing), []).append(i)
+    worst = [members[0] for members in kinds.values()][:_KEPT]
+    chains = [
+        shrink(
+            Shrinking(*_with_values(base, tried[i].values), tried[i].failing)
+        )
+        for i in worst
+    ]
+    ends: dict[int, Shrinking] = {}
+    answers: dict[int, Failing] = {}
+    # All chains go on side by side, to keep the workers busy.
+    while len(ends) < len(chains):
+        asked = {}
+        for k, chain in enumerate(chains):
+            if k not in ends:
+                try:
+                    asked[k] = (
+                        chain.send(answers[k]) if answers else next(chain)
+                    )
+                except StopIteration as stop:
+                    ends[k] = stop.value
+        scenes = [
+            built_scene(it, space.require.start_gap) for it in asked.values()
+        ]
+        failings = _run_scenes(runs, scenes, space.robustness, total)
+        answers = dict(zip(asked, failings, strict=True))
+    found: dict[str, Scene] = {}
+    # What is minimal may be of another kind.
+    for k in sorted(ends, key=lambda k: ends[k].failing.robustness):
+        failing = ends[k].failing
+        scenario = built_scene(ends[k].data, space.require.start_gap)
+        assert scenario is not None
+        count = len(kinds[kind_of_failure(tried[worst[k]].failing)])
+        kind = kind_of_failure(failing)
+        scene = Scene(scenario, failing, kind, worst[k], count)
+        if kind in found:
+            scene = found[kind]._replace(found=found[kind].found + count)
+        found[kind] = scene
+    return [*found.values()]
+
+
+# Directions from a robot, counterclockwise, and closing speeds, in m/s.
+_DIRECTIONS = (
+    *("ahead", "ahead on the left", "on the left", "behind on the left"),
+    *("behind", "behind on the right", "on the right", "ahead on the right"),
+)
+_PACES = ((0.0, "moving apart"), (0.5, "slowly"), (1.25, "at walking pace"))
+
+
+def kind_of_failure(failing: Failing) -> str:
+    """Returns where the person is, and how fast both approach, in words."""
+    if failing.person < 0:
+        return "nobody"
+    sector = round(failing.bearing / (math.pi / 4)) % 8
+    pace = next((it for v, it in _PACES if failing.closing_speed < v), "fast")
+    return f"{_DIRECTIONS[sector]}, {pace}"

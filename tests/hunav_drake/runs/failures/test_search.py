@@ -1,0 +1,343 @@
+"""Searches for failures: their results, files, and how they go on."""
+
+import dataclasses as dc
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hunav_drake import (
+    Failures,
+    Falsify,
+    LoadContext,
+    LoadScenario,
+    LoadSearchSpace,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+    ScenarioError,
+)
+from hunav_drake.runs.failures.minimal import Shrinking, shrink
+from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
+from hunav_drake.runs.failures.search import kind_of_failure
+from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
+from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Returns a search, and the folder that it has written."""
+    folder = tmp_path_factory.mktemp("search")
+    space = write_space(folder)
+    return Falsify(space, budget=20, out=folder / "out"), folder / "out"
+
+
+def values_of(failures):
+    return [(v, tuple(map(str, f))) for v, f in failures.runs]
+
+
+def scenes_of(failures):
+    return [(str(it.scenario), it.failing, it.run) for it in failures.scenes]
+
+
+def test_a_search_finds_failures(found):
+    failures, _ = found
+    assert isinstance(failures, Failures)
+    assert len(failures.runs) == 20
+    assert failures.num_failures > 0
+    assert failures.first_failure < 20
+    rhos = [it.failing.robustness for it in failures.scenes]
+    assert rhos
+    assert max(rhos) < 0
+    assert rhos == sorted(rhos)
+    kinds = [it.kind for it in failures.scenes]
+    assert len(set(kinds)) == len(kinds)
+
+
+def test_scenes_are_minimal(found):
+    """The one who does not matter is left out, and digits and time are few."""
+    failures, folder = found
+    for i, scene in enumerate(failures.scenes):
+        assert [it.name for it in scene.scenario.humans] == ["ana"]
+        for number in scene.scenario.humans[0].pose[:2]:
+            assert number == round(number, 3)
+        assert scene.scenario.simulation.duration <= scene.failing.time + 2.06
+        assert (folder / f"{i + 1:03d}.yaml").stat().st_size < 500
+
+
+def test_failures_repeat_from_their_file_in_a_new_process(found):
+    failures, folder = found
+    rank = pd.read_csv(folder / "rank.csv", dtype={"scene": str})
+    assert len(rank) == len(failures.scenes)
+    code = (
+        "import sys; from hunav_drake import LoadScenario, RunTrial;"
+        "from hunav_drake.runs.failures.scene_runs import recording_sha256;"
+        "print(*(recording_sha256(RunTrial(LoadScenario(it)).recording)"
+        " for it in sys.argv[1:]))"
+    )
+    files = [str(folder / f"{name}.yaml") for name in rank["scene"]]
+    told = subprocess.run(
+        [sys.executable, "-c", code, *files],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert told.stdout.split() == rank["sha256"].tolist()
+
+
+def test_a_context_before_the_failure_is_kept(found):
+    failures, folder = found
+    scenario = LoadScenario(folder / "001.yaml")
+    assert "the robot runs into ana after" in scenario.description
+    diagram = MakeTrialDiagram(scenario)
+    context = LoadContext(diagram, folder / "001.npz")
+    time = max(0.0, failures.scenes[0].failing.time - 3.0)
+    assert context.get_time() == pytest.approx(time, abs=0.026)
+    simulator = MakeTrialSimulator(diagram, context)
+    simulator.AdvanceTo(scenario.simulation.duration)
+    last = diagram.GetOutputPort("human_states").Eval(simulator.get_context())
+    through = RunTrial(scenario).recording.humans[-1].ravel()
+    np.testing.assert_array_equal(last, through)
+
+
+def test_a_second_call_goes_on_where_one_was_killed(found, tmp_path):
+    failures, _ = found
+    space = write_space(tmp_path)
+
+    class KilledError(Exception):
+        pass
+
+    def kill(done, total):
+        if done == 13:
+            raise KilledError
+
+    out = tmp_path / "out"
+    with pytest.raises(KilledError):
+        Falsify(space, budget=20, out=out, progress=kill)
+    kept = (out / "runs.jsonl").read_text().splitlines()
+    assert 11 <= len(kept) < 20
+    again = Falsify(space, budget=20, out=out)
+    lines = (out / "runs.jsonl").read_text().splitlines()
+    assert lines[: len(kept)] == kept
+    keys = [(it["sha256"], it["seed"]) for it in map(json.loads, lines)]
+    assert len(set(keys)) == len(keys)
+    assert scenes_of(again) == scenes_of(failures)
+    assert values_of(again) == values_of(failures)
+    with pytest.raises(ValueError, match="runs of another search"):
+        Falsify(space, budget=20, out=out, seed=1)
+    more = Falsify(space, budget=24, out=out)
+    assert values_of(more)[:20] == values_of(failures)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("where", ["workers", "dask"])
+def test_where_scenes_are_run_does_not_matter(found, tmp_path, where):
+    failures, folder = found
+    space, out = write_space(tmp_path), tmp_path / "out"
+    if where == "workers":
+        other = Falsify(space, budget=20, workers=2, out=out)
+    else:
+        distributed = pytest.importorskip("distributed")
+        with (
+            distributed.LocalCluster(
+                n_workers=2,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address=None,
+                silence_logs=50,
+            ) as cluster,
+            distributed.Client(cluster) as client,
+        ):
+            executor = client.get_executor(pure=False)
+            other = Falsify(
+                space, budget=20, executor=executor, workers=2, out=out
+            )
+    assert values_of(other) == values_of(failures)
+    assert scenes_of(other) == scenes_of(failures)
+    rank = (folder / "rank.csv").read_text()
+    assert (out / "rank.csv").read_text() == rank
+
+
+def test_random_scenes_are_drawn_by_seed_and_number(tmp_path):
+    space = write_space(tmp_path)
+    few = Falsify(space, method="random", budget=2)
+    more = Falsify(space, method="random", budget=4)
+    assert values_of(more)[:2] == values_of(few)
+    other = Falsify(space, method="random", budget=2, seed=1)
+    assert other.runs[0][0] != few.runs[0][0]
+
+
+def test_scenes_that_begin_too_near_are_not_run(tmp_path):
+    text = SPACE.replace("start_gap: 0.5", "start_gap: 50.0")
+    out = tmp_path / "out"
+    failures = Falsify(write_space(tmp_path, text), budget=5, out=out)
+    assert failures.refused == 5
+    assert not failures.scenes
+    assert failures.first_failure is None
+    assert {it.robustness for _, it in failures.runs} == {9.0}
+    assert not (out / "runs.jsonl").read_text()
+
+
+def test_a_single_range_is_searched_too(tmp_path):
+    text = SPACE.replace("  humans.ana.pose[1]: [1, 4]\n", "")
+    text = text.replace("  humans.ana.desired_speed: [0.6, 1.6]\n", "")
+    text = text.replace("  humans.luis.behavior:", "# ")
+    failures = Falsify(write_space(tmp_path, text), budget=3)
+    assert [[*values] for values, _ in failures.runs] == [
+        ["humans.ana.pose[0]"]
+    ] * 3
+
+
+def test_another_planner_is_tried(tmp_path):
+    failures = Falsify(
+        write_space(tmp_path), {"type": "pursuit"}, method="random", budget=3
+    )
+    # It sees people, and waits.
+    assert failures.num_failures == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("humans.ana.pose[0]", "humans.eva.pose[0]"), "no member named"),
+        (("[0.6, 1.6]", "[-2.0, 1.6]"), r"desired_speed.*must be"),
+        (("desired_speed: [", "desired_sped: ["), "unknown key"),
+        (("[regular, curious]", "[regular, curios]"), "curious"),
+        (("scene.yaml", "nowhere.yaml"), "[Nn]o such file"),
+    ],
+)
+def test_faults_of_the_space_are_told_before_anything_runs(
+    tmp_path, change, words
+):
+    out = tmp_path / "out"
+    with pytest.raises(ScenarioError, match=words) as caught:
+        Falsify(write_space(tmp_path, SPACE.replace(*change)), out=out)
+    assert not out.exists()
+    if "nowhere" not in str(change):
+        assert all(
+            it.source.endswith("space.yaml") for it in caught.value.faults
+        )
+        assert all(it.line > 4 for it in caught.value.faults)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("[0.6, 1.6]", "[1.6, 0.6]"), "must be a range"),
+        (("[0.6, 1.6]", "{integers: [1.5, 2]}"), "must be a range"),
+        (("[0.6, 1.6]", "{choices: []}"), "must be a range"),
+        (("[0.6, 1.6]", "[0.6, .inf]"), "must be a range"),
+        (("robustness: collision", "robustness: colision"), "collision"),
+        (("require:", "requires:"), "unknown key"),
+    ],
+)
+def test_faults_of_the_file_have_their_line(tmp_path, change, words):
+    path = write_space(tmp_path, SPACE.replace(*change))
+    with pytest.raises(ScenarioError, match=rf"space\.yaml:\d+: .*{words}"):
+        LoadSearchSpace(filename=path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"method": "cmaes"}, "no method 'cmaes'; did you mean 'cma'"),
+        ({"budget": 0}, "budget must be"),
+        ({"seed": -1}, "seed must be"),
+    ],
+)
+def test_bad_arguments_are_refused(tmp_path, arguments, words):
+    with pytest.raises(ValueError, match=words):
+        Falsify(write_space(tmp_path), **arguments)
+
+
+def test_without_cma_it_tells_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    with pytest.raises(ImportError, match=r"hunav_drake\[falsify\].*random"):
+        Falsify(write_space(tmp_path))
+
+
+def test_of_several_robots_the_worst_counts():
+    scenario = LoadScenario("three_robots")
+    recording = RunTrial(
+        dc.replace(
+            scenario, simulation=dc.replace(scenario.simulation, duration=1.0)
+        )
+    ).recording
+    found = scene_cell(scenario, "timeout").numbers(recording, 0)
+    assert found["robustness"] == min(
+        robustness_of("timeout").failing(it, 1.0).robustness
+        for it in recording.robots
+    )
+
+
+def test_values_of_a_point():
+    space = LoadSearchSpace(
+        data="scenario: passing\nspace: {a: [1, 3], b: {integers: [0, 2]},"
+        " c: {choices: [x, y]}}"
+    )
+    assert space.values(np.array([0.5, 0.4, 0.6])) == {"a": 2, "b": 1, "c": "y"}
+    assert space.values(np.ones(3)) == {"a": 3.0, "b": 2, "c": "y"}
+    assert space.values(np.zeros(3)) == {"a": 1.0, "b": 0, "c": "x"}
+
+
+def test_a_chain_keeps_only_what_still_fails():
+    """By a rule: who is called eva must be there, and her x above 1.2."""
+    person = {"name": "eva", "pose": [1.23456, 2.0, 0.0], "behavior": "scared"}
+    other = {"name": "bob", "pose": [5.0, 5.0, 0.0]}
+    data = {"humans": [other, person], "simulation": {"duration": 60.0}}
+    places = [("humans", 1, "pose", 0), ("humans", 0, "pose", 1)]
+    failing = Failing(-0.1, 4.0, 1, 0.0, 1.0)
+    chain = shrink(Shrinking(data, places, failing))
+    trial = next(chain)
+    while True:
+        names = [it["name"] for it in trial["humans"]]
+        eva = "eva" in names and trial["humans"][names.index("eva")]
+        fails = bool(eva) and eva["pose"][0] > 1.2
+        try:
+            trial = chain.send(failing if fails else Failing(1, 0, 0, 0, 0))
+        except StopIteration as stop:
+            end = stop.value
+            break
+    (left,) = end.data["humans"]
+    assert left == {"name": "eva", "pose": [1.23, 2.0, 0.0]}
+    assert end.data["simulation"]["duration"] == 6.0
+    assert end.places == [("humans", 0, "pose", 0)]
+
+
+@pytest.mark.parametrize(
+    ("bearing", "speed", "kind"),
+    [
+        (0.1, 1.0, "ahead, at walking pace"),
+        (-0.3, 0.1, "ahead, slowly"),
+        (1.6, 2.0, "on the left, fast"),
+        (-0.8, -0.1, "ahead on the right, moving apart"),
+        (math.pi, 1.0, "behind, at walking pace"),
+    ],
+)
+def test_kinds_are_directions_and_speeds(bearing, speed, kind):
+    assert kind_of_failure(Failing(-1.0, 1.0, 0, bearing, speed)) == kind
+
+
+def test_a_kind_without_a_person():
+    nobody = Failing(-1.0, 1.0, -1, math.nan, math.nan)
+    assert kind_of_failure(nobody) == "nobody"
+
+
+def test_the_scene_file_says_the_robustness(found):
+    failures, folder = found
+    scenario = LoadScenario(folder / "001.yaml")
+    recording = RunTrial(scenario).recording
+    again = robustness_of("collision").failing(
+        recording, scenario.simulation.duration
+    )
+    assert again == failures.scenes[0].failing
+    assert len(recording_sha256(recording)) == 64
+
+
+def test_people_are_named_in_overrides():
+    scenario = LoadScenario(data=SCENE, overrides=["humans.luis.radius=0.2"])
+    assert scenario.humans[1].radius == 0.2
