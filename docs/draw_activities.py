@@ -14,7 +14,7 @@ FOLDER = Path(__file__).parent
 EXAMPLE = re.compile(r"^## (\w+):.*?```yaml\n(.*?)```", re.M | re.S)
 
 # When the films begin, and how long they are, in seconds.
-STARTS = {"sit": 1.5, "queue": 2.0, "dine": 3.7, "talk": 1.0, "guide": 3.7}
+STARTS = {"sit": 1.5, "queue": 2.0, "lunch": 3.7, "talk": 1.0, "guide": 3.7}
 LENGTH = 6.0
 
 

@@ -35,7 +35,7 @@ ACTIVITIES: Mapping[str, Path] = MappingProxyType(
     {
         name: _ACTIVITIES / f"{name}.xml"
         for name in (
-            *("sit", "queue", "errands", "dine"),
+            *("sit", "queue", "errands", "lunch"),
             *("talk", "chat", "guide"),
         )
     }

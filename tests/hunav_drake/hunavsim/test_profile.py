@@ -225,8 +225,8 @@ def test_the_profile_has_a_row_for_every_field():
     table = PROFILES["hunavsim"].crowd
     fields = {field.name for field in dc.fields(CrowdConfig)}
     # (Whether robots stop at people hangs on the robot, and nothing on how
-    # many systems tick the trees.)
-    others = {"profile", "robots_stop", "separate_trees"}
+    # many systems tick the trees. Random decisions are of no profile.)
+    others = {"profile", "robots_stop", "separate_trees", "decisions"}
     assert fields - others == set(table)
     # (The error bound is one of the fast kernel. What the programs around
     # HuNavSim tell it, instead of what is so, is not of HuNavSim.)

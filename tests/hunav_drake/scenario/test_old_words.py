@@ -56,7 +56,10 @@ def as_before(text):
         ("model", ROBOTS),
         ("name", [*PLANNERS, *MOTION_MODELS]),
     ):
-        text = re.sub(rf"type: (?=({'|'.join(names)})\b)", f"{word}: ", text)
+        # (Places had no old words.)
+        text = re.sub(
+            rf"type: (?=({'|'.join(names)})\b(?!, pose))", f"{word}: ", text
+        )
     return text.replace("behavior: {type:", "behavior: {tree:")
 
 
