@@ -241,8 +241,9 @@ class Encounters:
         way = it.first[k, i] + u * (it.last[k, i] - it.first[k, i])
         away = np.hypot(*way)
         normal = way / away if away > 0 else np.zeros(2)
-        robot = float(it.robot[k, 0] @ normal / it.lasts[k, 0])
-        person = float(-it.people[k, i] @ normal / it.lasts[k, 0])
+        # (Not by BLAS, which depends on the machine.)
+        robot = float((it.robot[k, 0] * normal).sum() / it.lasts[k, 0])
+        person = float(-(it.people[k, i] * normal).sum() / it.lasts[k, 0])
         both = max(robot, 0.0) + max(person, 0.0)
         who = "robot" if robot > person else "person"
         return {

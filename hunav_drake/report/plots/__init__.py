@@ -11,6 +11,7 @@ distinguish.
 
 from hunav_drake.report.plots.activity import plot_behavior_activity
 from hunav_drake.report.plots.approaches import Approach, find_approaches
+from hunav_drake.report.plots.branches import plot_branches, plot_delays
 from hunav_drake.report.plots.comparison import plot_comparison
 from hunav_drake.report.plots.costmaps import plot_costmap
 from hunav_drake.report.plots.forces import plot_forces
@@ -26,8 +27,10 @@ __all__ = [
     "Approach",
     "find_approaches",
     "plot_behavior_activity",
+    "plot_branches",
     "plot_comparison",
     "plot_costmap",
+    "plot_delays",
     "plot_distance_to_people",
     "plot_forces",
     "plot_robot_speed",
