@@ -115,7 +115,8 @@ def _PlaceRobot(
         raise ValueError(
             f"the {part.name or ONLY_ROBOT} cannot be moved at once: it is"
             " physical, or its system lacks SetPose(context, pose); let it"
-            " stand, or take robot.type=differential_drive"
+            " stand, and compare with the branch 'same' (--reference same), or"
+            " take robot.type=differential_drive"
         )
     system.SetPose(system.GetMyMutableContextFromRoot(context), pose)
 
