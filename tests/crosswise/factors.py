@@ -22,6 +22,8 @@ from typing import (
     get_type_hints,
 )
 
+import numpy as np
+
 from hunav_drake import ListScenarios, LoadScenario, Scenario
 from hunav_drake.runs.result_files import Format
 from hunav_drake.systems.behavior import BEHAVIORS
@@ -35,6 +37,7 @@ from hunav_drake.systems.planning import PERCEPTIONS
 from hunav_drake.systems.robot import ROBOTS
 from hunav_drake.systems.scene.scene_config import OVERLAYS
 from hunav_drake.systems.sensing import SENSORS
+from hunav_drake.systems.world.obstacles import inside
 from hunav_drake.views.camera import VIEWS
 from tests.choices import NEEDED, shipped
 
@@ -242,6 +245,17 @@ def _shipped(name: str) -> Scenario:
     return LoadScenario(filename=name)
 
 
+@cache
+def _seated(name: str) -> frozenset[int]:
+    """Returns who starts on a seat, where only those who use it may start."""
+    scenario = _shipped(name)
+    places = [it.pose[:2] for it in scenario.humans]
+    if not places:
+        return frozenset()
+    within = inside(scenario.world.obstacles(), np.array(places)).any(axis=1)
+    return frozenset(np.flatnonzero(within).tolist())
+
+
 def overrides(row: Row) -> list[str]:
     """Returns a row as settings of its scenario, as `hunav --set` has them."""
     result = ["simulation.duration=3.0"]
@@ -264,8 +278,12 @@ def overrides(row: Row) -> list[str]:
             ]
         elif path.startswith("humans."):
             key = path.removeprefix("humans.")
-            number = len(_shipped(row["scenario"]).humans)
-            result += [f"humans[{i}].{key}={level}" for i in range(number)]
+            kept = _seated(row["scenario"]) if key == "behavior" else ()
+            result += [
+                f"humans[{i}].{key}={level}"
+                for i in range(len(_shipped(row["scenario"]).humans))
+                if i not in kept
+            ]
         elif factor.tag:
             data = {factor.tag: level, **NEEDED.get(level, {})}
             result.append(f"{path}={json.dumps(data)}")
