@@ -96,7 +96,7 @@ def _feels_weights(
     if is_own(model) or model.uses_weights == "all":
         return True
     if isinstance(people, HumanConfig):
-        grouped, behaviors = people.group_id >= 0, {people.behavior}
+        grouped, behaviors = people.group_id >= 0, {people.behavior_name}
     else:
         grouped = any(people.group_sizes[1:])
         behaviors = {name for name, share in people.behaviors.items() if share}

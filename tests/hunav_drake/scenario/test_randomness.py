@@ -119,3 +119,16 @@ def test_what_draws_is_told_as_it_fits():
     fixed = LoadScenario(data=f"population: {{seed: 1, {COHORT}}}")
     assert how_to_draw(fixed).endswith("or leave out population.seed")
     assert "all seeds give the same" in same_for_all_seeds(fixed)
+
+
+@pytest.mark.parametrize("model", ["social_force", "headed_social_force"])
+def test_weights_are_drawn_also_of_people_whose_behavior_has_ports(model):
+    scenario = LoadScenario(
+        filename="living_cafe",
+        overrides=[
+            f"crowd.model={{type: {model}}}",
+            "humans[0].forces_mode=random_normal",
+            "simulation.start_jitter=0",
+        ],
+    )
+    assert "weights" in " ".join(drawn_by_seed(scenario))
