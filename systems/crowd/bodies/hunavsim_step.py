@@ -16,23 +16,13 @@ from hunav_drake.systems.common.kernels import (
     jit_as,
     reads,
 )
-from hunav_drake.systems.common.layout import (
-    OBSTACLE_FORCE,
-    TOTAL_FORCE,
-    VX,
-    VY,
-    Command,
-    Hold,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import VX, VY, Command, Hold
 from hunav_drake.systems.crowd.bodies.whole_step import begin, end, numbers_in
-from hunav_drake.systems.crowd.social_force.compiled_forces import point_force
 from hunav_drake.systems.crowd.social_force.hunavsim import (
+    add_pushes,
     advance,
     social_forces,
 )
-from hunav_drake.systems.people.parameters import K_OBSTACLE
 
 
 class Rules(NamedTuple):
@@ -103,17 +93,10 @@ def hunavsim_step(
     )
     forces = _in_order(in_turn, turns)
     if rules.pushing > 0:
-        for j in range(len(seen.robots)):
-            for i in range(n):
-                push = point_force(
-                    *(seen.states[i, X], seen.states[i, Y]),
-                    *(seen.robots[j, X], seen.robots[j, Y]),
-                    seen.radii[i] + rules.pushing,
-                    *(seen.parameters[i, K_OBSTACLE], seen.parameters[i]),
-                )
-                for c in range(2):
-                    forces[i, OBSTACLE_FORCE + c] += push[c]
-                    forces[i, TOTAL_FORCE + c] += push[c]
+        add_pushes(
+            *(forces, seen.states, seen.radii, seen.parameters, seen.robots),
+            rules.pushing,
+        )
     moved = advance(
         *(ordered, radii, command, parameters, seen.robots, felt, table),
         *(p.reach, int(p.most), _in_turn(forces, turns), p.time_step),

@@ -23,14 +23,16 @@ last row to the first. Rows come in that order: see `hash_order`.
 
 import math
 
-from numba import float64
+from numba import float64, void
 import numpy as np
 
 from hunav_drake.systems.common.kernels import (
+    CHANGED,
     INTEGER,
     MATRIX,
     REAL,
     SNAPSHOT,
+    VECTOR,
     jit,
     jit_as,
 )
@@ -288,6 +290,24 @@ def _look_at_robot(robots, distance, out):
             nearest = away
             turn = bearing(dx, dy, yaw)
             out[YAW] = wrap(yaw + turn)
+
+
+@jit_as(void, CHANGED, MATRIX, VECTOR, MATRIX, MATRIX, REAL)
+def add_pushes(forces, states, radii, parameters, robots, radius):
+    """Adds the forces of robots as obstacles of a radius to forces, in place.
+
+    The arrays are those of `social_forces`, and its result.
+    """
+    for j in range(len(robots)):
+        for i in range(len(states)):
+            k = parameters[i]
+            push = point_force(
+                *(states[i, X], states[i, Y], robots[j, X], robots[j, Y]),
+                *(radii[i] + radius, k[K_OBSTACLE], k),
+            )
+            for c in range(2):
+                forces[i, OBSTACLE_FORCE + c] += push[c]
+                forces[i, TOTAL_FORCE + c] += push[c]
 
 
 @jit_as(float64[:, ::1], *SNAPSHOT, INTEGER, MATRIX, REAL)

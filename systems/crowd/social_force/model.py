@@ -1,22 +1,12 @@
 """The social force model, as HuNavSim uses it."""
 
-from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
 
-from hunav_drake.systems.common.layout import (
-    OBSTACLE_FORCE,
-    TOTAL_FORCE,
-    VX,
-    VY,
-    Command,
-    Hold,
-    X,
-    Y,
-)
+from hunav_drake.systems.common.layout import VX, VY, Command, Hold
 from hunav_drake.systems.common.schema import CONFIG, within
 from hunav_drake.systems.crowd.motion_model import (
     Array,
@@ -25,8 +15,6 @@ from hunav_drake.systems.crowd.motion_model import (
     register_motion_model,
 )
 from hunav_drake.systems.crowd.social_force import hunavsim, kernel, numpy_model
-from hunav_drake.systems.crowd.social_force.numpy_forces import obstacle_force
-from hunav_drake.systems.people.parameters import K_OBSTACLE, SIGMA
 
 
 @register_motion_model("social_force")
@@ -86,7 +74,11 @@ class SocialForceModel(MotionModel):
             ordered, _, places = _in_turn(snapshot)
             forces = hunavsim.social_forces(*ordered.as_arguments)[places]
             if self.robot_obstacle_radius > 0:
-                _add_pushes(forces, snapshot, self.robot_obstacle_radius)
+                hunavsim.add_pushes(
+                    *(forces, snapshot.states, snapshot.radii),
+                    *(snapshot.parameters, snapshot.robots),
+                    self.robot_obstacle_radius,
+                )
         else:
             forces = kernel.social_forces(*snapshot.as_arguments)
         return forces
@@ -109,21 +101,6 @@ class SocialForceModel(MotionModel):
             snapshot.states, forces, snapshot.command, snapshot.time_step
         )
         return states
-
-
-def _add_pushes(forces: Array, snapshot: Snapshot, radius: float) -> None:
-    """Adds the forces of robots as obstacles of a radius, in place."""
-    x, y = snapshot.states[:, X], snapshot.states[:, Y]
-    k = SimpleNamespace(
-        obstacle_factor=snapshot.parameters[:, K_OBSTACLE],
-        obstacle_sigma=snapshot.parameters[:, SIGMA],
-    )
-    reach = snapshot.radii + radius
-    for robot in snapshot.robots:
-        push = obstacle_force(x - robot[X], y - robot[Y], reach, k)
-        for c in range(2):
-            forces[:, OBSTACLE_FORCE + c] += push[c]
-            forces[:, TOTAL_FORCE + c] += push[c]
 
 
 def _in_turn(snapshot: Snapshot) -> tuple[Snapshot, Any, Any]:

@@ -88,6 +88,15 @@ def test_one_call_gives_the_same_bits_where_people_sit(config, walls, n, m):
             np.testing.assert_array_equal(got, expected)
 
 
+def test_pushes_of_many_robots_have_the_same_bits():
+    config = {"profile": "hunavsim", "model": IN_GAZEBO}
+    for seed in range(40):
+        for got, expected in zip(
+            *both_ways(config, NO_WALLS, 60, 4, seed), strict=True
+        ):
+            np.testing.assert_array_equal(got, expected)
+
+
 def test_numbers_without_bounds_give_the_same_bits():
     whole, parts = both_ways({}, NO_WALLS, 5, 1, 0, spread=1e13)
     np.testing.assert_array_equal(whole[0], parts[0])
