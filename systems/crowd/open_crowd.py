@@ -162,8 +162,6 @@ class OpenCrowd(HumanCrowd):
                     f" {self._first_rows.shape}"
                 )
         self._bodies = np.array([human.contact_radius for human in humans])
-        # Without doors and tracks, steps are those of a HumanCrowd, to the bit.
-        self._in_one = traffic is None and tracks is None
         if traffic is None:
             nobody = np.full(n, -1), np.zeros((n, 2))
             traffic = Traffic((), (), *nobody)
@@ -329,20 +327,8 @@ class OpenCrowd(HumanCrowd):
         stances = self._GetStances(context).copy()
         robots = self._GetRobots(context)
         touches = np.zeros((len(robots), len(states), TOUCH_SIZE))
-        if self._in_one:
-            rows = np.flatnonzero(~is_outside(states))
-            stepped = self._step.of(rows, in_one=True).take(
-                states[rows],
-                self._commands.Eval(context).reshape(-1, COMMAND_SIZE)[rows],
-                robots,
-                self.GetWeights(context)[rows],
-                stances[rows],
-            )
-        else:
-            rows, step, snapshot = self._LookAtPresent(context)
-            stepped = step.advance(
-                snapshot, step.forces(snapshot), stances[rows]
-            )
+        rows, step, snapshot = self._LookAtPresent(context)
+        stepped = step.advance(snapshot, step.forces(snapshot), stances[rows])
         states[rows], stances[rows], touched = stepped
         touches[:, rows] = touched.reshape(len(robots), len(rows), TOUCH_SIZE)
         return states.ravel(), stances.ravel(), touches.ravel()

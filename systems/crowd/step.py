@@ -135,7 +135,6 @@ class CrowdStep:
         self._adaptation = Adaptation(
             self.radii, self._bodies.radii, obstacles, config
         )
-        self._config = config
         self._compiled = None if with_derivatives else self._in_one(config)
 
     def _in_one(
@@ -234,13 +233,11 @@ class CrowdStep:
         )
         return result if len(result) else None
 
-    def of(self, rows: NDArray[np.intp], *, in_one: bool = False) -> Self:
+    def of(self, rows: NDArray[np.intp]) -> Self:
         """Returns the step of some of the people, in the same room.
 
         Args:
             rows: Their rows, in the order of their arrays.
-            in_one: Whether it may be one call of compiled code, as for people
-                of whom all are there; the last bits may differ.
         """
         part = copy.copy(self)
         part.radii = self.radii[rows]
@@ -250,7 +247,7 @@ class CrowdStep:
             part._turns = np.argsort(np.argsort(self._turns)[rows])
         part._bodies = self._bodies.of(rows)
         part._adaptation = self._adaptation.of(rows)
-        part._compiled = part._in_one(self._config) if in_one else None
+        part._compiled = None
         return part
 
     def look(

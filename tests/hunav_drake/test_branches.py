@@ -83,7 +83,7 @@ def scenarios_and_planners():
     yield from FAST
 
 
-@pytest.mark.parametrize(("name", "planner"), scenarios_and_planners())
+@pytest.mark.parametrize(("name", "planner"), [*scenarios_and_planners()])
 def test_nothing_changes_nothing(name, planner):
     """A state in a diagram whose people may leave goes on bit for bit."""
     scenario = LoadScenario(
