@@ -236,13 +236,7 @@ def register_metric[F: Callable[[Recording], Any]](
                 "a metric is a function of a recording; a function without a"
                 f" name needs name=..., got {function!r:.80}"
             )
-        try:
-            inspect.signature(function).bind("recording")
-        except TypeError:
-            raise ValueError(
-                f"metric {own!r}: the function must take (recording), got"
-                f" {inspect.signature(function)}"
-            ) from None
+        check_takes(function, f"metric {own!r}", "recording")
         _check_facts(own, unit, family, source, direction)
         for candidate in (own, *aliases):
             _check_name(own, candidate, function)
@@ -261,6 +255,17 @@ def register_metric[F: Callable[[Recording], Any]](
         return function
 
     return register
+
+
+def check_takes(function: Any, what: str, *names: str) -> None:
+    """Raises ValueError if a function cannot take arguments of these names."""
+    try:
+        inspect.signature(function).bind(*names)
+    except TypeError:
+        raise ValueError(
+            f"{what}: the function must take ({', '.join(names)}), got"
+            f" {inspect.signature(function)}"
+        ) from None
 
 
 def _check_facts(
@@ -306,7 +311,7 @@ def _check_name(
     if (
         owner is None
         or owner.name != name
-        or _origin(owner.function) != _origin(function)
+        or origin_of(owner.function) != origin_of(function)
     ):
         what = "a family" if owner is None else f"metric {owner.name!r}"
         raise ValueError(
@@ -315,7 +320,7 @@ def _check_name(
         )
 
 
-def _origin(function: Any) -> tuple[object, object]:
+def origin_of(function: Any) -> tuple[object, object]:
     """Returns the place where a function was defined."""
     while isinstance(function, functools.partial):
         function = function.func

@@ -21,6 +21,7 @@ from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, Contact, X, Y
 from hunav_drake.systems.common.poses import wrap_angles
 from hunav_drake.systems.common.suggest import suggestion
 from hunav_drake.systems.evaluation.features import CONTACT_GAP
+from hunav_drake.systems.evaluation.metric import check_takes, origin_of
 from hunav_drake.systems.evaluation.metrics.proxemics import INTIMATE
 from hunav_drake.systems.evaluation.recording import Recording
 
@@ -149,17 +150,10 @@ def register_robustness[F: Callable[..., Any]](
     """
 
     def register(function: F) -> F:
-        given = ("recording", 60.0) if timed else ("recording",)
-        try:
-            inspect.signature(function).bind(*given)
-        except TypeError:
-            wanted = "(recording, duration)" if timed else "(recording)"
-            raise ValueError(
-                f"robustness {name!r}: the function must take {wanted}, got"
-                f" {inspect.signature(function)}"
-            ) from None
+        given = ("recording", "duration") if timed else ("recording",)
+        check_takes(function, f"robustness {name!r}", *given)
         old = ROBUSTNESS.get(name)
-        if old is not None and _origin(old.function) != _origin(function):
+        if old is not None and origin_of(old.function) != origin_of(function):
             raise ValueError(
                 f"a robustness named {name!r} is registered already; choose"
                 " another name"
@@ -186,13 +180,6 @@ def robustness_of(name: str) -> Robustness:
         near = suggestion(name, [*ROBUSTNESS])
         raise ValueError(f"there is no robustness {name!r}; {near}")
     return ROBUSTNESS[name]
-
-
-def _origin(function: Any) -> tuple[Any, Any]:
-    return (
-        getattr(function, "__module__", None),
-        getattr(function, "__qualname__", None),
-    )
 
 
 @register_robustness("collision", unit="m")

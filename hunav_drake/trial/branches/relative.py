@@ -14,7 +14,12 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import VX, VY, YAW, Y
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.features import surface_gaps
-from hunav_drake.systems.evaluation.metric import RELATIVE_FAMILY, Direction
+from hunav_drake.systems.evaluation.metric import (
+    RELATIVE_FAMILY,
+    Direction,
+    check_takes,
+    origin_of,
+)
 from hunav_drake.trial.branches.future import Future
 from hunav_drake.trial.branches.kinds import Branch, Without
 from hunav_drake.trial.branches.run import Fork
@@ -85,8 +90,9 @@ def register_paired_metric(
     """
 
     def register(function: PairedFunction) -> PairedFunction:
+        check_takes(function, f"paired metric {name!r}", "with_", "without")
         known = PAIRED_METRICS.get(name)
-        if known and _home(known.function) != _home(function):
+        if known and origin_of(known.function) != origin_of(function):
             raise ValueError(
                 f"a paired metric named {name!r} is registered already; choose"
                 " another name"
@@ -98,10 +104,6 @@ def register_paired_metric(
         return function
 
     return register
-
-
-def _home(function: PairedFunction) -> str:
-    return str(getattr(function, "__module__", ""))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
