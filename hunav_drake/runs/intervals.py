@@ -171,10 +171,7 @@ def exact_interval(
         n: At least 1.
         confidence: In (0, 1).
     """
-    from scipy.special import betaincinv
+    from scipy.stats import binomtest
 
-    tail = (1 - confidence) / 2
-    k = successes
-    low = float(betaincinv(k, n - k + 1, tail)) if k > 0 else 0.0
-    high = float(betaincinv(k + 1, n - k, 1 - tail)) if k < n else 1.0
-    return low, high
+    ends = binomtest(successes, n).proportion_ci(confidence, method="exact")
+    return float(ends.low), float(ends.high)
