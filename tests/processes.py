@@ -1,9 +1,14 @@
 """Python in a process of its own, for what a test's own would spoil."""
 
+from collections.abc import Iterator
+import contextlib
 import os
 import signal
 import subprocess
 import sys
+from typing import Any
+
+import pytest
 
 
 def run_python(code: str) -> subprocess.CompletedProcess[str]:
@@ -46,3 +51,22 @@ def press_ctrl_c(process: "subprocess.Popen[str]") -> tuple[int, str]:
     os.killpg(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     return process.returncode, errors
+
+
+@contextlib.contextmanager
+def dask_client(num_workers: int) -> Iterator[Any]:
+    """Yields the client of a Dask cluster of processes of this machine."""
+    distributed = pytest.importorskip(
+        "distributed", reason="the extra `dask` is not here"
+    )
+    with (
+        distributed.LocalCluster(
+            n_workers=num_workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=50,
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        yield client

@@ -16,6 +16,7 @@ from hunav_drake.runs.cells import make_cells
 from hunav_drake.runs.run_log import NAME, read_rows
 from hunav_drake.runs.tasks import Task, UnfitWorkerError, do_task
 from tests.hunav_drake.runs.suite_texts import texts_of
+from tests.processes import dask_client
 
 SUITE = """
 name: small
@@ -77,21 +78,9 @@ def test_tables_are_the_same_bit_for_bit_whoever_runs_them(one, tmp_path):
 
 @pytest.mark.slow
 def test_a_dask_worker_that_is_killed_changes_nothing(one, tmp_path):
-    distributed = pytest.importorskip(
-        "distributed", reason="the extra `dask` is not here"
-    )
     suite = LoadSuite(data=SUITE)
     killed = []
-    with (
-        distributed.LocalCluster(
-            n_workers=4,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            silence_logs=50,
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
+    with dask_client(4) as client:
         assert len(set(client.run(os.getpid).values())) == 4
 
         def kill(row, done, total):

@@ -26,6 +26,7 @@ from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
 from hunav_drake.runs.failures.search import kind_of_failure
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
+from tests.processes import dask_client
 
 
 @pytest.fixture(scope="module")
@@ -141,17 +142,7 @@ def test_where_scenes_are_run_does_not_matter(found, tmp_path, where):
     if where == "workers":
         other = Falsify(space, budget=20, workers=2, out=out)
     else:
-        distributed = pytest.importorskip("distributed")
-        with (
-            distributed.LocalCluster(
-                n_workers=2,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                silence_logs=50,
-            ) as cluster,
-            distributed.Client(cluster) as client,
-        ):
+        with dask_client(2) as client:
             executor = client.get_executor(pure=False)
             other = Falsify(
                 space, budget=20, executor=executor, workers=2, out=out
