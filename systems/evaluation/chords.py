@@ -4,6 +4,9 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
 
+# The largest u before the end of a motion.
+_BEFORE_END = np.nextafter(1.0, 0.0)
+
 
 def chords_within(
     first: Array, last: Array, reach: Array
@@ -40,7 +43,8 @@ def chords_within(
     # (Where an end is inside, a root may miss [0, 1] by rounding.)
     some = inside | stays
     begin = np.where(some & ~inside, np.clip(begin, 0.0, 1.0), begin)
-    end = np.where(some & ~stays, np.clip(end, 0.0, 1.0), end)
+    # (An end that is outside is an exit.)
+    end = np.where(some & ~stays, np.clip(end, 0.0, _BEFORE_END), end)
     known = ~np.isnan(a + reach)
     good = known & (some | crosses)
     return np.where(good, begin, np.nan), np.where(good, end, np.nan)

@@ -56,6 +56,9 @@ _COLUMNS = (
 # The fault is that of both where their speeds differ by less, in m/s.
 _SAME_SPEED = 1e-6
 
+# A robot is on a line, and on neither side of it, up to here, in meters.
+_ON_LINE = 1e-9
+
 
 class _Chords(NamedTuple):
     """The motions between samples, of shape (K, n, 2) but for times.
@@ -262,13 +265,17 @@ class Encounters:
             _cross(it.people, -it.last),
         )
         change = before - after
-        u = before / np.where(change == 0, np.nan, change)
+        u = np.clip(before / np.where(change == 0, np.nan, change), 0.0, 1.0)
         place = it.first + u[..., None] * (it.last - it.first)
         gap = np.hypot(place[..., 0], place[..., 1]) - it.reach
-        speed = np.hypot(it.people[..., 0], it.people[..., 1]) / it.lasts
+        way = np.hypot(it.people[..., 0], it.people[..., 1])
         ahead = -(place * it.people).sum(axis=-1) > 0
-        crosses = (before >= 0) != (after >= 0)
-        crosses &= ahead & (speed >= MOVING)
+        ends = np.stack([before, after], axis=1)
+        lengths = np.repeat(way, 2, axis=0)
+        sides = _sides(ends.reshape(lengths.shape), lengths)
+        sides = sides.reshape(ends.shape)
+        crosses = sides[:, 0] * sides[:, 1] < 0
+        crosses &= ahead & (way / it.lasts >= MOVING)
         crosses &= gap <= max(self.zones.values(), default=0.0)
         return crosses, u
 
@@ -287,17 +294,20 @@ class Encounters:
                 continue
             # From i to j, and from i to the robot.
             line, way = it.first[:, j] - it.first[:, i], -it.first[:, i]
-            turn = it.last[:, j] - it.last[:, i] - line
-            move = -it.last[:, i] - way
+            lines = np.vstack([line, (it.last[:, j] - it.last[:, i])[-1:]])
+            ways = np.vstack([way, -it.last[-1:, i]])
+            turn, move = np.diff(lines, axis=0), np.diff(ways, axis=0)
+            sides = _sides(_cross(lines, ways), np.hypot(*lines.T))
             for u in _roots(
                 _cross(turn, move),
                 _cross(line, move) + _cross(turn, way),
                 _cross(line, way),
+                sides[:-1] * sides[1:] < 0,
             ):
                 at, on = line + u[:, None] * turn, way + u[:, None] * move
                 part = (at * on).sum(axis=-1)
                 between = (part > 0) & (part < (at * at).sum(axis=-1))
-                for k in np.flatnonzero(between & (u > 0) & (u <= 1)).tolist():
+                for k in np.flatnonzero(between).tolist():
                     row = self._row("cut", k, i, float(u[k]))
                     other = self._row("cut", k, j, float(u[k]))
                     yield row | {
@@ -361,17 +371,45 @@ def _cross(a: Array, b: Array) -> Array:
     return product
 
 
-def _roots(a: Array, b: Array, c: Array) -> tuple[Array, Array]:
-    """Returns where a u^2 + b u + c changes its sign; NaN for nowhere."""
+def _sides(products: Array, lengths: Array) -> Array:
+    """Returns on which side of lines points are, -1 or 1, over time.
+
+    Who is on a line is on the side of before, 0 if there was none: then a line
+    is crossed once, also exactly at a sample.
+
+    Args:
+        products: Those of the vectors along the lines and to the points, (K,
+            ...), in the order of time.
+        lengths: Those of the vectors along the lines.
+    """
+    near = np.abs(products) <= _ON_LINE * lengths
+    sides = np.sign(np.where(near, 0.0, products))
+    order = np.arange(len(sides)).reshape(-1, *[1] * (sides.ndim - 1))
+    last = np.maximum.accumulate(np.where(sides == 0, 0, order), axis=0)
+    found: Array = np.take_along_axis(sides, last, axis=0)
+    return found
+
+
+def _roots(a: Array, b: Array, c: Array, changes: Mask) -> tuple[Array, Array]:
+    """Returns where a u^2 + b u + c changes its sign in [0, 1].
+
+    That is once where the signs at the ends differ, which `changes` tells, and
+    otherwise twice or nowhere, which is NaN.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
-        square = b * b - 4 * a * c
-        root = np.sqrt(np.where(square > 0, square, np.nan))
+        root = np.sqrt(b * b - 4 * a * c)
         # This form of the roots avoids cancellation.
         q = -(b + np.copysign(root, b)) / 2
-        first, second = (
-            np.where(np.isfinite(u), u, np.nan) for u in (q / a, c / q)
-        )
-    return first, second
+        roots = np.stack([q / a, c / q])
+    inside = np.clip(roots, 0.0, 1.0)
+    twice = ((roots > 0) & (roots < 1)).all(axis=0) & (roots[0] != roots[1])
+    # (At an end, the root may miss [0, 1] by rounding.)
+    off = np.abs(np.where(np.isnan(roots), np.inf, roots) - inside)
+    off = np.where(np.isnan(off), np.inf, off)
+    first = off[0] <= off[1]
+    chosen = np.where(changes, np.stack([first, ~first]), twice)
+    found = np.where(chosen, inside, np.nan)
+    return found[0], found[1]
 
 
 def _length_of_union(begin: Array, end: Array) -> float:

@@ -180,6 +180,47 @@ def test_cutting_a_group_is_what_small_steps_find():
     assert find_encounters(run).values()["groups_cut"] == (0.0, "-")
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.1, 2.6, 4.0])
+@pytest.mark.parametrize("mirror", [False, True])
+def test_what_happens_at_a_sample_happens_once(angle, mirror):
+    steps = np.arange(-4, 5)
+    across = np.column_stack([np.full(9, 2.0), 0.1 * steps])
+    walker = np.column_stack([0.05 * (steps + 4), np.zeros(9)])
+    pair = [np.column_stack([0.03 * steps + 2, np.full(9, y)]) for y in (1, -1)]
+    along = np.column_stack([0.1 * steps + 2, np.full(9, 0.2)])
+    for robot, people, name in (
+        (across, [walker], "crossings_in_front"),
+        (along, pair, "groups_cut"),
+    ):
+        groups = (1,) * len(people)
+        run = recording(robot, *people, times=0.2 * (steps + 4))
+        run = dataclasses.replace(run, group_ids=groups)
+        value, _ = find_encounters(turned(run, angle, mirror)).values()[name]
+        assert value == 1
+        # Who begins on the line has not crossed it, to neither side.
+        late = dataclasses.replace(
+            run,
+            times=run.times[4:],
+            robot=run.robot[4:],
+            humans=run.humans[4:],
+            behavior_status=None,
+            contacts=None,
+        )
+        value, _ = find_encounters(turned(late, angle, mirror)).values()[name]
+        assert value == 0
+
+
+def test_exits_are_as_many_as_entries_where_samples_are_at_the_border():
+    generator = np.random.default_rng(0)
+    for angle in generator.uniform(0, 2 * np.pi, 500):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        places = np.outer(1.05 + 0.05 * np.arange(-4, 5), along)
+        reach = np.full(8, 1.05)
+        for way in (places, places[::-1]):
+            begin, end = chords_within(way[:-1], way[1:], reach)
+            assert (begin > 0).sum() + (end < 1).sum() == 1
+
+
 points = st.floats(-5, 5).map(lambda x: round(x, 3))
 chords = st.lists(points, min_size=4, max_size=4)
 
