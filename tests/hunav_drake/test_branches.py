@@ -283,6 +283,24 @@ def test_results_are_of_the_time_from_the_instant_to_the_end():
     )
 
 
+@pytest.mark.parametrize("step", [0.02, 0.1])
+def test_other_time_steps_have_all_their_steps(step):
+    # (Of a planner that keeps to it; 0.3 s is less than 3 of 0.1 s, and so is
+    # 1.7 s than 17.)
+    scenario = crossing(f"simulation.time_step={step}", "planner.period=0.1")
+    diagram, context = at(scenario, 0.3)
+    branches = RunBranches(
+        scenario,
+        diagram,
+        context,
+        until=1.7,
+        branches={"stands": RobotStands(), "no": WithoutPerson("ana")},
+    )
+    for future in branches.futures.values():
+        np.testing.assert_allclose(np.diff(future.times), step)
+        assert future.times[[0, -1]] == pytest.approx([0.3, 1.7])
+
+
 def test_arrivals_are_exact_within_a_step():
     """The step does not matter to who walks straight at a steady speed."""
     people = [walker("ana", 0, 0, 8.0, goal_radius=0.5, desired_speed=1.0)]

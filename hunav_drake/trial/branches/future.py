@@ -220,8 +220,9 @@ class _Log:
         own = self._monitor.GetMyContextFromRoot(context)
         if not first and not self._monitor.IsStep(own):
             return
-        # (A simulator tells of the instant where it begins, too.)
-        if self._rows and context.get_time() <= self._rows[-1][0]:
+        # (A simulator tells of the instant where it begins, too, which may be
+        # that of the step but for rounding.)
+        if self._rows and context.get_time() <= self._rows[-1][0] * (1 + 1e-9):
             return
         port = self._forces
         forces = np.zeros(0) if port is None else port.Eval(context)

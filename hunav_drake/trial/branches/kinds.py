@@ -94,7 +94,7 @@ class RobotStands(Branch):
 
     def overrides(self, scenario: Scenario) -> list[str]:
         """Returns the change of the planner."""
-        return [_planner(scenario, self.robot, {"type": "stand"})]
+        return [_standing(scenario, self.robot)]
 
     def Apply(self, diagram: Diagram, context: Context) -> None:
         """Takes back the last command, and the speed if `at_once`."""
@@ -117,8 +117,7 @@ class Without(Branch):
 
     def overrides(self, scenario: Scenario) -> list[str]:
         """Returns the changes of the planners: far away, others may fail."""
-        stand = {"type": "stand"}
-        return [_planner(scenario, robot, stand) for robot in self.robots]
+        return [_standing(scenario, robot) for robot in self.robots]
 
     def Apply(self, diagram: Diagram, context: Context) -> None:
         """Takes the people and robots away."""
@@ -176,6 +175,13 @@ def changed_scenario(scenario: Scenario, branch: Branch) -> Scenario:
         # Doubts were told when the scenario itself was loaded.
         warnings.simplefilter("ignore", UserWarning)
         return LoadScenario(data=SaveScenario(scenario), overrides=overrides)
+
+
+def _standing(scenario: Scenario, robot: str) -> str:
+    """Returns the override by which a robot stands."""
+    # (The period by default is no multiple of each time step.)
+    period = scenario.simulation.time_step
+    return _planner(scenario, robot, {"type": "stand", "period": period})
 
 
 def _planner(scenario: Scenario, robot: str, choice: Any) -> str:

@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, Diagram
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.checks import is_multiple
 from hunav_drake.systems.common.suggest import did_you_mean, shown
 from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.planning.planner_error import PlannerError
@@ -203,6 +204,10 @@ class Fork:
                 f"goal must be 0 for the present one, 1 for the next, ..., got"
                 f" {goal}"
             )
+        step = scenario.simulation.time_step
+        if is_multiple(until, step):
+            # (Of several steps, 1.7 may be less than 17 of 0.1.)
+            until = max(until, round(until / step) * step)
         self.scenario = scenario
         self.until = until
         self.names = tuple(people_names(diagram.humans))
