@@ -12,15 +12,12 @@ from hunav_drake.trial.branches.run import Fork
 from hunav_drake.trial.branches.who import _drawn, _exact, _without_one
 from tests.hunav_drake.test_branches import PAIR, at, stage, walker
 
-PLAYERS = ("a", "b", "c", "robot")
-
 
 def game(effects, together):
     """Arrivals: each other one costs something, and two together more."""
 
     def arrivals(there):
-        rows = [PLAYERS.index(it) for it in there]
-        alone = 10.0 + effects[:3, rows].sum(axis=1)
+        alone = 10.0 + effects[:3, list(there)].sum(axis=1)
         return alone + together * (len(there) - 1) ** 2
 
     return arrivals
@@ -35,23 +32,21 @@ numbers = st.lists(st.floats(-5, 5), min_size=12, max_size=12).map(
 def test_shapley_values_add_up_and_find_what_each_costs(effects, together):
     effects[range(3), range(3)] = 0.0
     play = game(effects, together)
-    table = _exact(play, PLAYERS, 3)
+    table = _exact(play, 4, 3)
     total = np.nansum(table, axis=0)
-    everybody = frozenset(PLAYERS)
+    everybody = frozenset(range(4))  # Three people and a robot.
     for i in range(3):
-        alone = play(frozenset(PLAYERS[i]))[i]
+        alone = play(frozenset({i}))[i]
         assert total[i] == pytest.approx(play(everybody)[i] - alone, abs=1e-9)
     # What all do together is shared equally.
     share = together * 9 / 3
     for i, j in itertools.permutations(range(3), 2):
         assert table[j, i] == pytest.approx(effects[i, j] + share, abs=1e-9)
     every_order = list(itertools.permutations(range(4)))
-    drawn = _drawn(play, PLAYERS, 3, every_order)
+    drawn = _drawn(play, 3, every_order)
     np.testing.assert_allclose(drawn, table, atol=1e-9)
     if not together:
-        np.testing.assert_allclose(
-            _without_one(play, PLAYERS, 3), table, atol=1e-9
-        )
+        np.testing.assert_allclose(_without_one(play, 4, 3), table, atol=1e-9)
 
 
 def test_columns_add_up_in_a_trial():
@@ -74,6 +69,18 @@ def test_columns_add_up_in_a_trial():
         scenario, diagram, context, until=18.0, method="shapley", permutations=3
     )
     np.testing.assert_allclose(drawn.sum(), table.sum(), atol=1e-9)
+
+
+def test_a_person_may_be_called_robot():
+    tables = []
+    for name in ("ana", "robot"):
+        scenario = stage([walker(name, 5, 0, -6), PAIR[1]])
+        diagram = MakeTrialDiagram(scenario)
+        context = diagram.CreateDefaultContext()
+        table = WhoDelayedWhom(scenario, diagram, context, until=15.0)
+        assert list(table.index) == [name, "luis", "robot"]
+        tables.append(table.to_numpy())
+    np.testing.assert_equal(tables[1], tables[0])
 
 
 def test_the_robot_in_the_way_delays_whom_it_meets():

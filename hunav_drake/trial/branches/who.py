@@ -30,8 +30,9 @@ PERMUTATIONS = 40
 
 Method = Literal["leave_one_out", "shapley"]
 
-# The arrivals (n,) of people when some players are there.
-_Game = Callable[[frozenset[str]], Array]
+# The arrivals (n,) of people when some players are there: the people, by their
+# rows, and then the robots.
+_Game = Callable[[frozenset[int]], Array]
 
 
 def WhoDelayedWhom(
@@ -86,69 +87,68 @@ def WhoDelayedWhom(
     robots = [name or ONLY_ROBOT for name in fork.robots]
     people = list(fork.names)
     fork.Prepare(Without(people=tuple(people), robots=tuple(robots)))
-    known: dict[frozenset[str], Array] = {}
+    known: dict[frozenset[int], Array] = {}
+    players, n = [*people, *robots], len(people)
 
-    def arrivals(there: frozenset[str]) -> Array:
+    def arrivals(there: frozenset[int]) -> Array:
         if there not in known:
+            gone = [i for i in range(len(players)) if i not in there]
             branch = Without(
-                people=tuple(it for it in people if it not in there),
-                robots=tuple(it for it in robots if it not in there),
+                people=tuple(players[i] for i in gone if i < n),
+                robots=tuple(players[i] for i in gone if i >= n),
             )
             known[there] = fork.Run(branch, whole=False).arrivals
         return known[there]
 
-    players = [*people, *robots]
     if method == "leave_one_out":
-        table = _without_one(arrivals, players, len(people))
-    elif permutations is None and len(people) <= MOST_EXACT:
-        table = _exact(arrivals, players, len(people))
+        table = _without_one(arrivals, len(players), n)
+    elif permutations is None and n <= MOST_EXACT:
+        table = _exact(arrivals, len(players), n)
     else:
         orders = _orders(len(players), permutations or PERMUTATIONS, seed)
-        table = _drawn(arrivals, players, len(people), orders)
+        table = _drawn(arrivals, n, orders)
     return pd.DataFrame(
         table, index=pd.Index(players, name="cause"), columns=people
     )
 
 
-def _without_one(game: _Game, players: Sequence[str], n: int) -> Array:
-    everybody = frozenset(players)
+def _without_one(game: _Game, size: int, n: int) -> Array:
+    everybody = frozenset(range(size))
     table = np.array(
-        [game(everybody) - game(everybody - {it}) for it in players]
-    ).reshape(len(players), n)
+        [game(everybody) - game(everybody - {j}) for j in range(size)]
+    ).reshape(size, n)
     table[range(n), range(n)] = np.nan
     return table
 
 
-def _exact(game: _Game, players: Sequence[str], n: int) -> Array:
+def _exact(game: _Game, size: int, n: int) -> Array:
     """Returns the mean of each effect over all orders of the others."""
-    table = np.full((len(players), n), np.nan)
-    for i, j in itertools.product(range(n), range(len(players))):
+    table = np.full((size, n), np.nan)
+    for i, j in itertools.product(range(n), range(size)):
         if i == j:
             continue
-        others = [it for k, it in enumerate(players) if k not in (i, j)]
+        others = [k for k in range(size) if k not in (i, j)]
         total = 0.0
-        for size in range(len(others) + 1):
+        for count in range(len(others) + 1):
             # The share of the orders in which just these come before.
-            share = 1 / ((len(others) + 1) * math.comb(len(others), size))
-            for before in itertools.combinations(others, size):
-                there = frozenset({*before, players[i]})
-                gap = game(there | {players[j]})[i] - game(there)[i]
+            share = 1 / ((len(others) + 1) * math.comb(len(others), count))
+            for before in itertools.combinations(others, count):
+                there = frozenset({*before, i})
+                gap = game(there | {j})[i] - game(there)[i]
                 total += share * float(gap)
         table[j, i] = total
     return table
 
 
-def _drawn(
-    game: _Game, players: Sequence[str], n: int, orders: Sequence[Sequence[int]]
-) -> Array:
+def _drawn(game: _Game, n: int, orders: Sequence[Sequence[int]]) -> Array:
     """Returns the mean of each effect over some orders."""
-    table = np.zeros((len(players), n))
+    table = np.zeros((len(orders[0]), n))
     for order in orders:
         for i in range(n):
-            there = frozenset({players[i]})
+            there = frozenset({i})
             for j in order:
                 if j != i:
-                    after = there | {players[j]}
+                    after = there | {j}
                     table[j, i] += game(after)[i] - game(there)[i]
                     there = after
     table /= len(orders)
