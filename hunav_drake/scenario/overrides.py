@@ -73,7 +73,8 @@ def _apply(data: Any, text: str) -> list[Loc]:
     if isinstance(data, dict) and not data.get("sensors"):
         own.add("sensors")
     if members and isinstance(members, list) and loc[0] in own:
-        locs = [("robots", i, *loc) for i in range(len(members))]
+        each = [("robots", i, *loc) for i in range(len(members))]
+        locs = [_numbered(data, it) for it in each]
     for it in locs:
         _set(data, it, copy.deepcopy(value))
     return locs

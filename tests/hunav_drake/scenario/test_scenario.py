@@ -133,6 +133,19 @@ def test_overrides_come_as_text_sequence_or_mapping():
         assert scenario.robot.radius == 0.3
 
 
+def test_members_of_lists_of_each_robot_go_by_name_too():
+    scenario = LoadScenario(
+        "three_robots",
+        overrides=[
+            "sensors=[{type: lidar, name: back}, {type: lidar, name: front}]",
+            "robots[1].sensors=[{type: lidar, name: front}]",
+            "sensors.front.noise=0.1",
+        ],
+    )
+    found = [[it.noise for it in robot.sensors] for robot in scenario.robots]
+    assert found == [[0.0, 0.1], [0.1], [0.0, 0.1]]
+
+
 def test_an_override_can_mend_a_fault_of_the_file():
     data = "robot: {radius: -1}"
     assert LoadScenario(data=data, overrides="robot.radius=1").robot.radius == 1
