@@ -47,8 +47,8 @@ class Failing(NamedTuple):
             in seconds.
         person: The index of the person whom it concerns, -1 for nobody.
         bearing: The direction of the center of that person from the robot, one
-            sample before, in radians, 0 ahead, counterclockwise; NaN for
-            nobody.
+            sample before (then, if the person was not there yet), in radians, 0
+            ahead, counterclockwise; NaN for nobody.
         closing_speed: The speed at which the two approach each other then, in
             m/s; NaN for nobody.
     """
@@ -116,8 +116,7 @@ class Robustness:
             least if math.isfinite(least) else NO_FAILURE,
             float(recording.times[at]),
             person,
-            # (Who touches is stopped, or pushed.)
-            *_meeting(recording, max(at - 1, 0), person),
+            *_meeting(recording, at, person),
         )
 
 
@@ -283,6 +282,10 @@ def _meeting(
     """Returns the bearing and the closing speed of a person."""
     if person < 0:
         return math.nan, math.nan
+    # (Who touches is stopped, or pushed.)
+    before = max(sample - 1, 0)
+    if recording.features.present[before, person]:
+        sample = before
     robot, human = recording.robot[sample], recording.humans[sample, person]
     x, y, vx, vy = (human - robot)[[X, Y, VX, VY]].tolist()
     bearing = float(wrap_angles(math.atan2(y, x) - robot[YAW]))

@@ -341,7 +341,7 @@ _PACES = ((0.0, "moving apart"), (0.5, "slowly"), (1.25, "at walking pace"))
 
 def kind_of_failure(failing: Failing) -> str:
     """Returns where the person is, and how fast both approach, in words."""
-    if failing.person < 0:
+    if math.isnan(failing.bearing):
         return "nobody"
     sector = round(failing.bearing / (math.pi / 4)) % 8
     pace = next((it for v, it in _PACES if failing.closing_speed < v), "fast")

@@ -111,6 +111,17 @@ def test_a_standing_robot_freezes_unless_it_is_at_the_goal():
     assert math.isclose(found.time, 5.1)
 
 
+def test_one_who_arrives_at_the_instant_of_a_failure_has_a_bearing():
+    robot, person = walking(0, 0, 0, 0), walking(0, 2, 0, -0.5)
+    person[:51] = np.nan
+    person[51:, 1] = 2.0
+    found = failing("freeze", recorded(robot, person))
+    assert math.isclose(found.time, 5.1)
+    assert found.person == 0
+    assert math.isclose(found.bearing, math.pi / 2)
+    assert math.isclose(found.closing_speed, 0.5)
+
+
 def test_an_intrusion_lasts_longer_than_two_seconds():
     robot = walking(0, 0, 0.5, 0)
     beside, far = walking(0, 0.9, 0.5, 0), walking(0, 4.0, 0.5, 0)
