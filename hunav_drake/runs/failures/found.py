@@ -36,6 +36,9 @@ _COLUMNS = (
 # The files of a search, beside the scenes.
 RANK, TRIED = "rank.csv", "tried.csv"
 
+# The files of a scene: itself, a Context before its failure, and a replay.
+_SUFFIXES = (".yaml", ".npz", ".html")
+
 
 class Scene(NamedTuple):
     """A minimal scene in which a planner fails.
@@ -151,12 +154,15 @@ def write_failures(failures: Failures, folder: Path) -> None:
 
     Each scene gets a scenario file, 001.yaml, and the Context 3 s before the
     failure, 001.npz; rank.csv lists them with the hash of the states of robot
-    and people, and tried.csv all runs.
+    and people, and tried.csv all runs. Those of an earlier search are removed.
 
     Raises:
         RuntimeError: If a scene does not fail as it did.
         OSError: If a file cannot be written.
     """
+    for suffix in _SUFFIXES:
+        for old in folder.glob(f"[0-9][0-9][0-9]{suffix}"):
+            old.unlink()
     table, hashes = failures.table, []
     for i, scene in enumerate(failures.scenes):
         path = folder / f"{scene_name(i)}.yaml"

@@ -21,6 +21,7 @@ from hunav_drake import (
     RunTrial,
     ScenarioError,
 )
+from hunav_drake.runs.failures.found import write_failures
 from hunav_drake.runs.failures.minimal import Shrinking, shrink
 from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
 from hunav_drake.runs.failures.search import kind_of_failure
@@ -311,6 +312,16 @@ def test_a_chain_keeps_only_what_still_fails():
 )
 def test_kinds_are_directions_and_speeds(bearing, speed, kind):
     assert kind_of_failure(Failing(-1.0, 1.0, 0, bearing, speed)) == kind
+
+
+def test_scenes_of_an_earlier_search_are_removed(found, tmp_path):
+    failures, _ = found
+    for name in ("001.html", "017.yaml", "017.npz", "017.html", "mine.yaml"):
+        (tmp_path / name).touch()
+    write_failures(dc.replace(failures, scenes=failures.scenes[:1]), tmp_path)
+    assert sorted(it.name for it in tmp_path.iterdir()) == [
+        *("001.npz", "001.yaml", "mine.yaml", "rank.csv", "tried.csv")
+    ]
 
 
 def test_a_kind_without_a_person():
