@@ -156,19 +156,27 @@ def _base(space: SearchSpace, planner: Any, places: Places) -> dict[str, Any]:
     )
     data = cast(dict[str, Any], plain(scenario, whole=False))
     faults: dict[Fault, None] = {}
+    taken: dict[Loc, str] = {}
     for path, ends in space.ends():
+        own: dict[Loc, str] = {}
         for value in ends:
             trial = copy.deepcopy(data)
-            _, found = apply_overrides(trial, override_texts({path: value}))
+            texts = override_texts({path: value})
+            locs, found = apply_overrides(trial, texts)
+            own |= dict.fromkeys(locs, path)
             messages = [it.message for it in found]
-            if not found:
+            for loc, other in taken.items():
+                if any(loc[: len(it)] == it for it in locs):
+                    messages.append(f"replaces what {other} sets before")
+            if not messages:
                 # Only what no scene could have; walls and the like come later.
                 checks = ALL_CHECKS if isinstance(value, str) else ()
                 _, findings = build_scenario(trial, checks)
                 messages = [it.message for it in findings]
-            loc = ("space", path)
             for it in messages:
-                faults[places.fault(Finding(loc, it), None)] = None
+                finding = Finding(("space", path), it)
+                faults[places.fault(finding, None)] = None
+        taken |= own
     if faults:
         raise ScenarioError(next(iter(faults)).source, faults)
     return data

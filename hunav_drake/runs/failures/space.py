@@ -32,8 +32,9 @@ from hunav_drake.systems.common.schema import CONFIG, Name, within
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.robustness import robustness_of
 
-# Values are rounded to this many digits after the point, to be readable.
-_DIGITS = 6
+# Values are rounded to this many digits after the point, to be readable; more
+# where a range is narrower than this.
+_DIGITS, _NARROW = 6, 1e-3
 
 
 def _number(value: Any) -> bool:
@@ -55,8 +56,8 @@ def _check_range(value: Any) -> Any:
             return value
     raise PydanticCustomError(
         "rule",
-        "must be a range [low, high], {{integers: [low, high]}} or {{choices:"
-        " [...]}}, got {value}",
+        "must be a range [low, high], {integers: [low, high]} or {choices:"
+        " [...]}, got {value}",
         {"value": shown(value)},
     )
 
@@ -110,8 +111,11 @@ class SearchSpace:
         units = np.clip(point, 0.0, 1.0).tolist()
         for (path, item), u in zip(self.space.items(), units, strict=True):
             if isinstance(item, list):
-                low, high = item
-                found[path] = round(float(low + u * (high - low)), _DIGITS)
+                low, high = map(float, item)
+                value = low + u * (high - low)
+                narrow = min((high - low) / _NARROW, 1.0)
+                digits = _DIGITS - math.floor(math.log10(narrow))
+                found[path] = min(max(round(value, digits), low), high)
                 continue
             ((kind, items),) = item.items()
             if kind == "choices":

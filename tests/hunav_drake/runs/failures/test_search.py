@@ -200,6 +200,14 @@ def test_another_planner_is_tried(tmp_path):
         (("desired_speed: [", "desired_sped: ["), "unknown key"),
         (("[regular, curious]", "[regular, curios]"), "curious"),
         (("scene.yaml", "nowhere.yaml"), "[Nn]o such file"),
+        (
+            ("humans.ana.pose[1]", "humans[0].pose[0]"),
+            r"replaces what humans\.ana\.pose\[0\] sets",
+        ),
+        (
+            ("humans.ana.pose[1]: [1, 4]", "humans.ana: {choices: [{}]}"),
+            r"replaces what humans\.ana\.pose\[0\] sets",
+        ),
     ],
 )
 def test_faults_of_the_space_are_told_before_anything_runs(
@@ -221,7 +229,7 @@ def test_faults_of_the_space_are_told_before_anything_runs(
     [
         (("[0.6, 1.6]", "[1.6, 0.6]"), "must be a range"),
         (("[0.6, 1.6]", "{integers: [1.5, 2]}"), "must be a range"),
-        (("[0.6, 1.6]", "{choices: []}"), "must be a range"),
+        (("[0.6, 1.6]", "{choices: []}"), r" \{choices: \[...\]\}, got"),
         (("[0.6, 1.6]", "[0.6, .inf]"), "must be a range"),
         (("robustness: collision", "robustness: colision"), "collision"),
         (("require:", "requires:"), "unknown key"),
@@ -274,6 +282,17 @@ def test_values_of_a_point():
     assert space.values(np.array([0.5, 0.4, 0.6])) == {"a": 2, "b": 1, "c": "y"}
     assert space.values(np.ones(3)) == {"a": 3.0, "b": 2, "c": "y"}
     assert space.values(np.zeros(3)) == {"a": 1.0, "b": 0, "c": "x"}
+
+
+def test_values_of_narrow_ranges_differ_and_keep_within():
+    space = LoadSearchSpace(
+        data="scenario: passing\nspace: {a: [1.0000001, 1.0000004],"
+        " b: [1.0e-8, 3.0e-8], c: [0.12345612, 0.5]}"
+    )
+    low, middle, high = (space.values(np.full(3, u)) for u in (0, 0.5, 1))
+    assert low == {"a": 1.0000001, "b": 1.0e-8, "c": 0.12345612}
+    assert middle == pytest.approx({"a": 1.00000025, "b": 2e-8, "c": 0.311728})
+    assert high == {"a": 1.0000004, "b": 3.0e-8, "c": 0.5}
 
 
 def test_a_chain_keeps_only_what_still_fails():
