@@ -4,8 +4,10 @@ from .report.branches_page import WriteBranchesPage as WriteBranchesPage
 from .report.plots import (
     find_approaches as find_approaches,
     plot_behavior_activity as plot_behavior_activity,
+    plot_branches as plot_branches,
     plot_comparison as plot_comparison,
     plot_costmap as plot_costmap,
+    plot_delays as plot_delays,
     plot_distance_to_people as plot_distance_to_people,
     plot_forces as plot_forces,
     plot_robot_speed as plot_robot_speed,

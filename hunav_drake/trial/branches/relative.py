@@ -241,7 +241,8 @@ def _jerk(velocity: Array, times: Array) -> float:
     """Returns the integral of |jerk| of a velocity (k, d), in m/s^2."""
     steps = np.diff(times)[:, None]
     acceleration = np.diff(velocity, axis=0) / steps
-    return float(np.linalg.norm(np.diff(acceleration, axis=0), axis=1).sum())
+    changes = np.diff(acceleration, axis=0)
+    return float(np.sqrt((changes * changes).sum(axis=1)).sum())
 
 
 def of_people(future: Future) -> Array:
