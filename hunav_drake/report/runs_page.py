@@ -22,6 +22,7 @@ from hunav_drake.report.runs_tables import (
     headline_table,
     paired_tables,
     planner_tables,
+    responsibility_table,
 )
 from hunav_drake.report.suite_sections import (
     cost_heads,
@@ -150,6 +151,7 @@ def WriteRunsPage(
             count_outcomes(runs, ["scenario", "contender"]),
             {"scenario": "scenario", "contender": "planner"},
         ),
+        "responsibility": responsibility_table(runs, links),
         "relations": relation_table(many.judgements),
         "runs": _listed_runs(runs, many.costs, links) if len(runs) else None,
         "cost": cost_table(runs, many.costs),

@@ -1,6 +1,7 @@
 """The tables of statistics in a report on several runs."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 import math
 from typing import Any
@@ -17,6 +18,7 @@ from hunav_drake.report.tables import (
     number,
 )
 from hunav_drake.runs.statistics import RATES, compare, early_mark, summarize
+from hunav_drake.systems.evaluation.metric import LEAST_GAP, base_name
 from hunav_drake.trial.metric_facts import headline_of, unit_of
 from hunav_drake.trial.quantity_text import label_text
 
@@ -28,22 +30,36 @@ _MOST_CONTENDERS = 4
 Printed = Mapping[str, Mapping[str, float]]
 
 
-def headline_table(runs: pd.DataFrame) -> Table:
+# What runs without a name of planner or scenario are called.
+_ALL, _TRIALS = "all", "trials"
+
+# What robots do to people, besides the least gap.
+_RESPONSIBILITY = ("aggregated_time", "contacts_charged")
+
+
+def headline_table(
+    runs: pd.DataFrame, metrics: Sequence[str] | None = None
+) -> Table:
     """Returns the headline metrics of each contender in each scenario.
 
     They are means over runs, with confidence intervals.
+
+    Args:
+        runs: The runs, with the column `contender`.
+        metrics: Other metrics instead.
     """
-    metrics = headline_of(runs)
+    if metrics is None:
+        metrics = headline_of(runs)
     keys = ["scenario", "contender"]
     counts = runs.groupby(keys, sort=False).size()
     statistics = summarize(runs, keys, metrics=metrics, bounded=True)
     groups: dict[str, list[list[Cell]]] = {}
     for (scenario, contender), count in counts.items():
-        row: list[Cell] = [contender or "all", str(count)]
+        row: list[Cell] = [contender or _ALL, str(count)]
         for name in metrics:
             described = statistics.loc[(scenario, contender, name)]
             row.append(_mean(described, name, *_unit(runs, name), count))
-        groups.setdefault(scenario or "trials", []).append(row)
+        groups.setdefault(scenario or _TRIALS, []).append(row)
     head: list[Cell] = ["planner", "runs"]
     for name in metrics:
         cell = metric_cell(runs, name)
@@ -51,6 +67,47 @@ def headline_table(runs: pd.DataFrame) -> Table:
         label = label_text(name.replace("_", " "), unit)
         head.append(cell._replace(name=label))
     return Table(head, groups, numbers=range(1, len(head)), kind="headline")
+
+
+def responsibility_table(
+    runs: pd.DataFrame, links: Mapping[Any, Mapping[str, str]]
+) -> Table | None:
+    """Returns the delays of people, contacts, and the worst encounters.
+
+    An encounter is worst where the gap of robot and person is least.
+
+    Args:
+        runs: The runs, with the column `contender`.
+        links: The addresses of the pages of runs, by index and kind.
+
+    Returns:
+        A row for each contender in each scenario; None where runs have neither
+        relative metrics nor those of encounters.
+    """
+    found = [it for it in runs if base_name(it) in _RESPONSIBILITY]
+    gaps = [it for it in runs if base_name(it) == LEAST_GAP]
+    if not found and not gaps:
+        return None
+    table = headline_table(runs, found)
+    if not gaps:
+        return table
+    least = runs[gaps].min(axis=1)
+    groups: dict[str, list[list[Cell]]] = {}
+    for scenario, rows in table.groups.items():
+        for row in rows:
+            own = least[
+                (runs["scenario"].replace("", _TRIALS) == scenario)
+                & (runs["contender"].replace("", _ALL) == row[0])
+            ].dropna()
+            cell: Cell = number(math.nan)
+            if len(own):
+                i = own.idxmin()
+                text = f"{number(own[i], 'm')} m, seed {runs.at[i, 'seed']}"
+                page = links.get(i, {}).get("replay")
+                cell = {text: page} if page else text
+            groups.setdefault(scenario, []).append([*row, cell])
+    head = [*table.head, "worst encounter: gap"]
+    return replace(table, head=head, groups=groups)
 
 
 def planner_tables(

@@ -28,12 +28,14 @@ from hunav_drake.scenario.generate.kind import (
     make_kind,
 )
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
+from hunav_drake.scenario.population import has_recorded_people
 from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.trial.leaving import why_nobody_leaves
 from hunav_drake.trial.provenance import drawn_text, program_versions
 
 
@@ -56,6 +58,7 @@ class Cell:
             seeds have the same scenario.
         once: Whether one run is enough: its seeds draw nothing, and its
             planner is part of the package, so it is deterministic.
+        relative: Whether its runs also have the relative metrics.
     """
 
     scenario: str
@@ -67,6 +70,7 @@ class Cell:
     how_to_draw: str = ""
     kind: str = ""
     once: bool = False
+    relative: bool = False
 
     @property
     def name(self) -> str:
@@ -156,6 +160,17 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                 except ScenarioError as error:
                     faults |= dict.fromkeys(error.faults)
                     continue
+                if suite.relative:
+                    if why := _not_alone(scenario):
+                        faults[Fault(cell.name, 0, "relative", why)] = None
+                        continue
+                    cell = replace(
+                        cell,
+                        sha256=cell_sha256(
+                            cell.text, scenario, cell.kind, relative=True
+                        ),
+                        relative=True,
+                    )
                 cells.append(cell)
                 scenarios.append(scenario)
     faults |= dict.fromkeys(_same_names(cells))
@@ -182,6 +197,13 @@ def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
             is_own(part.scenario.planner) for part in robot_parts(scenario)
         ),
     )
+
+
+def _not_alone(scenario: Scenario) -> str:
+    """Returns why a trial has no relative metrics; empty if it has."""
+    if has_recorded_people(scenario):
+        return "recorded people cannot be left out; leave out `relative`"
+    return why_nobody_leaves(scenario)
 
 
 def _checked_kind(
@@ -248,7 +270,9 @@ def _drawn_from(kind: str, seed: int, stamps: object) -> str:
     return SaveScenario(replace(draw_scenario(made, seed)[0], name=made.name))
 
 
-def cell_sha256(text: str, scenario: Scenario, kind: str = "") -> str:
+def cell_sha256(
+    text: str, scenario: Scenario, kind: str = "", *, relative: bool = False
+) -> str:
     """Returns the hash of all that determines runs, apart from the seed.
 
     It does not depend on the processor, so machines can share a suite.
@@ -257,6 +281,7 @@ def cell_sha256(text: str, scenario: Scenario, kind: str = "") -> str:
         text: The scenario, as `SaveScenario` writes it.
         scenario: The same scenario.
         kind: As in `Cell`. The scenarios of seeds follow from it.
+        relative: As in `Cell`.
     """
     if kind:
         about = json.loads(kind)
@@ -277,6 +302,7 @@ def cell_sha256(text: str, scenario: Scenario, kind: str = "") -> str:
         text,
         behavior_sha256(scenario),
         files_sha256(scenario),
+        *["relative"] * relative,
     )
     return hashlib.sha256(json.dumps(follows).encode()).hexdigest()
 

@@ -184,6 +184,10 @@ class Suite:
     relations: list[Relation] = field(default_factory=list)
     """Expected relations between means."""
 
+    relative: StrictBool = False
+    """Whether each run is compared with the same trial without the people, and
+    without the robot, as by `hunav run --relative`."""
+
     identities: StrictBool = False
     """Whether to test identities that hold in the paper's experiment."""
 

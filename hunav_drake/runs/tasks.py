@@ -7,18 +7,27 @@ import math
 import platform
 import threading
 import time
-from typing import Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
 from hunav_drake.runs.cells import Cell, cell_sha256
 from hunav_drake.runs.code_hash import CodeHashes, code_sha256, hash_of_all
-from hunav_drake.runs.run_row import ERROR, MetricFacts, RunRow, make_row
+from hunav_drake.runs.run_row import (
+    ERROR,
+    FAILED,
+    MetricFacts,
+    RunRow,
+    make_row,
+)
 from hunav_drake.systems.common.input_error import InputError
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.user_code import fault_of_user_code, import_user_code
+
+if TYPE_CHECKING:
+    from hunav_drake.trial.result import TrialResult
 
 # The personal space of a person, in meters (Hall 1966).
 _NEAR = 1.2
@@ -94,6 +103,8 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         scenario, diagram = _prepared(task, seed)
         with time_cycles() as cycles:
             result = RunTrial(scenario, seed, diagram=diagram)
+        if task.cell.relative and result.end_reason not in FAILED:
+            result = _compared(result, scenario, seed, diagram)
         numbers = task.cell.numbers(result.recording, seed)
     except (KeyboardInterrupt, MemoryError):
         raise
@@ -119,6 +130,21 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         extras=extra_values(result.recording),
         recording=result.recording if is_kept else None,
     )
+
+
+def _compared(
+    result: "TrialResult", scenario: Any, seed: int, diagram: Any
+) -> "TrialResult":
+    """Returns a result that also has the relative metrics."""
+    from hunav_drake.trial.branches.relative import CompareAlone, with_relative
+    from hunav_drake.trial.seeds import SetTrialSeed
+
+    simulation = replace(scenario.simulation, seed=seed)
+    scenario = replace(scenario, simulation=simulation)
+    context = diagram.CreateDefaultContext()
+    SetTrialSeed(diagram, context, seed)
+    found = CompareAlone(scenario, diagram, context)
+    return with_relative(result, replace(found, costs={}))
 
 
 def extra_values(recording: Recording) -> dict[str, float]:
@@ -232,7 +258,9 @@ def _loaded(text: str) -> Any:
 
 def _sha256_here(cell: Cell) -> str:
     """Returns the hash of a cell with the current files that it names."""
-    return cell_sha256(cell.text, _loaded(cell.text), cell.kind)
+    return cell_sha256(
+        cell.text, _loaded(cell.text), cell.kind, relative=cell.relative
+    )
 
 
 @functools.lru_cache(maxsize=64)

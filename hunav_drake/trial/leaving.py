@@ -32,6 +32,18 @@ def robot_part(scenario: Scenario, name: str = "") -> tuple[int, RobotPart]:
     return index, parts[index]
 
 
+def why_nobody_leaves(scenario: Scenario) -> str:
+    """Returns why nobody can be left out of a trial; empty if they can."""
+    for part in robot_parts(scenario):
+        if part.scenario.robot.physical:
+            return (
+                f"nobody can be left out: the {part.name or ONLY_ROBOT} is"
+                " physical, and needs people who are there from the start to"
+                " the end; take robot.type=differential_drive"
+            )
+    return ""
+
+
 def LeaveOut(diagram: Diagram, context: Context, *names: str) -> None:
     """Takes people out of a trial: from now on, they are not there.
 
@@ -62,13 +74,8 @@ def LeaveOut(diagram: Diagram, context: Context, *names: str) -> None:
                 f"{shown(name)} follows a recording, and cannot be left out;"
                 " leave the person out of the scenario"
             )
-    for part in robot_parts(diagram.scenario):
-        if part.scenario.robot.physical:
-            raise ValueError(
-                f"nobody can be left out: the {part.name or ONLY_ROBOT} is"
-                " physical, and needs people who are there from the start to"
-                " the end; take robot.type=differential_drive"
-            )
+    if why := why_nobody_leaves(diagram.scenario):
+        raise ValueError(why)
     humans = diagram.GetSubsystemByName("humans")
     crowd = humans.GetSubsystemByName("crowd")
     if not isinstance(crowd, OpenCrowd):

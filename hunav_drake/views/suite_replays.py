@@ -1,17 +1,23 @@
-"""Replays of the first seed of each cell of a suite, for a browser."""
+"""Replays of runs of each cell of a suite, for a browser."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 import json
+import math
 import os
 from pathlib import Path
 
 from hunav_drake.runs.cells import Cell
 from hunav_drake.runs.run_folders import replay_path
-from hunav_drake.runs.run_row import FAILED
+from hunav_drake.runs.run_row import FAILED, RunRow
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.runs.worker_pool import InlineExecutor, WorkerPool
 from hunav_drake.systems.common.files import remove_drafts
+from hunav_drake.systems.evaluation.metric import (
+    LEAST_GAP,
+    RELATIVE_FAMILY,
+    base_name,
+)
 
 
 def WriteReplays(
@@ -22,7 +28,10 @@ def WriteReplays(
     imports: Sequence[str] = (),
     progress: Callable[[int, int], object] = lambda done, total: None,
 ) -> list[Path]:
-    """Writes the missing replays of the first seed of each cell.
+    """Writes the missing replays of each cell: of its first seed.
+
+    Where runs have metrics of encounters, the run with the smallest gap to a
+    person has one, too.
 
     Each trial runs again with Meshcat, which does not affect it: its metrics
     are compared with those of the suite.
@@ -41,23 +50,22 @@ def WriteReplays(
         RuntimeError: If a trial does not repeat.
         OSError: If a file cannot be written.
     """
-    seeds = {
-        cell.name: result.suite.seed_list(cell.scenario)[0]
-        for cell in result.cells
-    }
-    firsts = {
-        row.cell: row.metrics
-        for row in result.rows
-        if row.seed == seeds[row.cell]
-        and row.repetition == 0
-        and row.end_reason not in FAILED
-    }
-    wanted = [
-        (cell, replay_path(Path(folder), cell.name, seeds[cell.name]))
-        for cell in result.cells
-        if cell.name in firsts
-    ]
-    missing = [it for it in wanted if not it[1].is_file()]
+    missing = []
+    for cell in result.cells:
+        first = result.suite.seed_list(cell.scenario)[0]
+        rows = [
+            row
+            for row in result.rows
+            if row.cell == cell.name
+            and row.repetition == 0
+            and row.end_reason not in FAILED
+        ]
+        worst = min(rows, key=_least_gap, default=None)
+        for row in rows:
+            path = replay_path(Path(folder), cell.name, row.seed or 0)
+            near = row is worst and math.isfinite(_least_gap(row))
+            if (row.seed == first or near) and not path.is_file():
+                missing.append((cell, path, row))
     if not missing:
         return []
     workers = min(workers or os.cpu_count() or 1, len(missing))
@@ -67,20 +75,33 @@ def WriteReplays(
         with pool(*arguments) as executor:
             futures = {
                 executor.submit(
-                    *(WriteReplay, cell, path, seeds[cell.name]),
-                    json.dumps(firsts[cell.name]),
+                    *(WriteReplay, cell, path, row.seed),
+                    json.dumps(_known(row)),
                 ): path
-                for cell, path in missing
+                for cell, path, row in missing
             }
             for done, future in enumerate(as_completed(futures), start=1):
                 future.result()
                 progress(done, len(futures))
     except BaseException:
         # The workers were ended at any point.
-        for _, path in missing:
+        for _, path, _ in missing:
             remove_drafts(path)
         raise
-    return [path for _, path in missing]
+    return [path for _, path, _ in missing]
+
+
+def _least_gap(row: RunRow) -> float:
+    """Returns the smallest gap to a person; infinite if it is not known."""
+    gaps = (v for k, v in row.metrics.items() if base_name(k) == LEAST_GAP)
+    return min((it for it in gaps if not math.isnan(it)), default=math.inf)
+
+
+def _known(row: RunRow) -> dict[str, float]:
+    """Returns the metrics of a single trial."""
+    alone = row.facts.items()
+    paired = {k for k, it in alone if it["family"] == RELATIVE_FAMILY}
+    return {k: v for k, v in row.metrics.items() if k not in paired}
 
 
 def WriteReplay(

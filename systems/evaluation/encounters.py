@@ -16,7 +16,7 @@ from hunav_drake.systems.evaluation.chords import (
     chords_within,
     nearest_on_chords,
 )
-from hunav_drake.systems.evaluation.metric import ENCOUNTERS_FAMILY
+from hunav_drake.systems.evaluation.metric import ENCOUNTERS_FAMILY, LEAST_GAP
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situation_labels import MOVING
 from hunav_drake.systems.evaluation.situations import robot_of
@@ -43,9 +43,10 @@ person, in meters. (Hall 1966 for the last three.)"""
 # What is measured, besides times in zones and entries to them, and its unit.
 _VALUES = {
     "first_contact_time": "s",
-    "min_gap_exact": "m",
+    LEAST_GAP: "m",
     "crossings_in_front": "-",
     "groups_cut": "-",
+    "contacts_charged": "-",
 }
 
 _COLUMNS = (
@@ -138,7 +139,7 @@ class Encounters:
             data[f"time_in_{zone}"] = np.nansum(lasts, axis=0)
             data[f"entries_{zone}"] = (begin > 0).sum(axis=0)
         gaps, times = self._nearest
-        data["min_gap_exact"], data["min_gap_time"] = gaps, times
+        data[LEAST_GAP], data["min_gap_time"] = gaps, times
         data["crossings_in_front"] = self._crosses[0].sum(axis=0)
         names = pd.Index(self.recording.human_names, name="person")
         return pd.DataFrame(data, index=names)
@@ -148,7 +149,9 @@ class Encounters:
 
         "time_in_<zone>" is the time with anybody in it, and "entries_<zone>"
         the number of all entries; "first_contact_time" is the first instant
-        in the smallest zone that is larger than a touch (NaN for never).
+        in the smallest zone that is larger than a touch (NaN for never), and
+        "contacts_charged" counts the entries to a gap of 0 whose fault is not
+        that of the person, whatever the zones.
         """
         found: dict[str, tuple[float, str]] = {}
         for zone in self.zones:
@@ -167,6 +170,7 @@ class Encounters:
             np.fmin.reduce(self._nearest[0], initial=np.nan),
             self._crosses[0].sum(),
             len(list(self._cuts())),
+            self._charged(),
         )
         for (name, unit), value in zip(_VALUES.items(), numbers, strict=True):
             found[name] = float(value), unit
@@ -255,6 +259,14 @@ class Encounters:
             "fault": "both" if abs(robot - person) <= _SAME_SPEED else who,
             "share": max(robot, 0.0) / both if both > 0 else math.nan,
         }
+
+    def _charged(self) -> int:
+        """Returns how many touches are not the person's fault."""
+        begin, _ = chords_within(*self._chords[2:5])
+        return sum(
+            self._fault(k, i, begin[k, i])["fault"] != "person"
+            for k, i in np.argwhere(begin > 0).tolist()
+        )
 
     @cached_property
     def _crosses(self) -> tuple[Mask, Array]:
@@ -356,7 +368,7 @@ def encounter_values(
         prefix = f"{it.robot_name}." if recording.others else ""
         values = find_encounters(recording, robot=it.robot_name).values()
         for name, (value, unit) in values.items():
-            better = name in ("first_contact_time", "min_gap_exact")
+            better = name in ("first_contact_time", LEAST_GAP)
             facts = {
                 "units": unit,
                 "families": ENCOUNTERS_FAMILY,

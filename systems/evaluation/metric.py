@@ -98,9 +98,10 @@ RELATIVE_FAMILY = "relative"
 # The families of values that are no registered metrics: they have no values by
 # behavior.
 DERIVED_FAMILIES = (SITUATIONS_FAMILY, ENCOUNTERS_FAMILY, RELATIVE_FAMILY)
+LEAST_GAP = "min_gap_exact"
 _OF_ENCOUNTERS = re.compile(
-    r"(time_in|entries)_\w+|first_contact_time|min_gap_exact"
-    r"|crossings_in_front|groups_cut"
+    rf"(time_in|entries)_\w+|first_contact_time|{LEAST_GAP}"
+    r"|crossings_in_front|groups_cut|contacts_charged"
 )
 
 # The kinds of NumPy types that are real numbers.

@@ -94,7 +94,11 @@ def test_nothing_changes_nothing(name, planner):
     for instant in (1.0, 4.0, 7.0):
         simulator.AdvanceTo(instant)
         fork = Fork(
-            scenario, diagram, simulator.get_context(), until=instant + 2.0
+            scenario,
+            diagram,
+            simulator.get_context(),
+            until=instant + 2.0,
+            may_leave=True,
         )
         fork.CheckSame(fork.RunOriginal(), fork.Run(Branch()))
 

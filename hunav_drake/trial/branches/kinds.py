@@ -47,6 +47,10 @@ class Branch:
         """Returns the names of the robots that are there."""
         return list(robots_of(scenario))
 
+    def may_leave(self) -> bool:
+        """Returns whether it takes people out: see `MakeTrialDiagram`."""
+        return False
+
 
 @dataclass(frozen=True)
 class WithPlanner(Branch):
@@ -130,6 +134,10 @@ class Without(Branch):
         """Returns the names of the robots that are there."""
         gone = [robot_part(scenario, it)[1].name for it in self.robots]
         return [it for it in robots_of(scenario) if it not in gone]
+
+    def may_leave(self) -> bool:
+        """Returns whether it takes people out."""
+        return bool(self.people)
 
 
 def RobotGone(robot: str = "") -> Branch:

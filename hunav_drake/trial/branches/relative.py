@@ -162,7 +162,7 @@ def CompareAlone(
     }
     for branch in without.values():
         fork.Prepare(branch)
-    with_all = fork.Run(Branch(), whole=False)
+    with_all = fork.RunOriginal()
     others = {
         name: fork.Run(branch, whole=False) for name, branch in without.items()
     }

@@ -189,8 +189,13 @@ class Fork:
         *,
         until: float,
         goal: int = 0,
+        may_leave: bool = False,
     ) -> None:
-        """Constructs a Fork: see `RunBranches`."""
+        """Constructs a Fork: see `RunBranches`.
+
+        With `may_leave`, also branches in which nobody leaves run in diagrams
+        whose people may. They go on alike, bit for bit, but slower.
+        """
         CheckTrialDiagram(scenario, diagram)
         diagram.ValidateContext(context)
         start = context.get_time()
@@ -213,8 +218,9 @@ class Fork:
         self.names = tuple(people_names(diagram.humans))
         self.robots = list(robots_of(scenario))
         self._diagram, self._context = diagram, context
+        self._may_leave = may_leave
         self._aims = Aims(diagram, context, goal)
-        self._made: dict[str, tuple[TrialDiagram, Context]] = {}
+        self._made: dict[tuple[str, bool], tuple[TrialDiagram, Context]] = {}
 
     @property
     def start(self) -> float:
@@ -229,9 +235,10 @@ class Fork:
             ValueError: If the branch does not fit the trial.
         """
         scenario = changed_scenario(self.scenario, branch)
-        key = SaveScenario(scenario)
+        may_leave = self._may_leave or branch.may_leave()
+        key = SaveScenario(scenario), may_leave
         if key not in self._made:
-            made = MakeTrialDiagram(scenario, may_leave=True)
+            made = MakeTrialDiagram(scenario, may_leave=may_leave)
             moved = TransferContext(self._diagram, self._context, made)
             self._made[key] = made, moved
         diagram, moved = self._made[key]
@@ -336,7 +343,10 @@ def RunBranches(
             f"reference must be the name of a branch, got {shown(reference)}"
             f"{did_you_mean(reference, chosen)}; valid: {', '.join(chosen)}"
         )
-    fork = Fork(scenario, diagram, context, until=until, goal=goal)
+    may_leave = any(branch.may_leave() for branch in chosen.values())
+    fork = Fork(
+        scenario, diagram, context, until=until, goal=goal, may_leave=may_leave
+    )
     for name, branch in chosen.items():
         try:
             fork.Prepare(branch)
