@@ -268,6 +268,76 @@ def test_21_who_blocks_another_stands_in_front(yaw):
     assert abs(off) < 0.05
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize("yaw", [0.0, 2.5])
+def test_21_who_blocks_a_robot_stays_in_front(speed, yaw):
+    """HuNavSim 2's BlockRobot, which its ports tell."""
+    along = np.array([math.cos(yaw), math.sin(yaw)])
+    stage = Stage(
+        [someone(*(3.0 * along), yaw, nodes='<BlockRobot max_vel="2.0"/>')],
+        robot=robot_at(0, 0, yaw, speed),
+    )
+    for t in stage.run(9.0):
+        x, y, own = stage.states[0, :3]
+        rx, ry = stage.robot[:2]
+        gap = math.hypot(x - rx, y - ry)
+        least = 0.0 if speed == 0 else -0.15
+        if t > 3.5:
+            off = math.remainder(math.atan2(y - ry, x - rx) - yaw, math.tau)
+            assert abs(off) <= 0.2
+            off = math.remainder(math.atan2(ry - y, rx - x) - own, math.tau)
+            assert abs(off) <= 0.2
+            most = 0.1 if speed == 0 else 0.15
+            assert least <= gap - (1.0 + 0.5 * speed) <= most
+
+
+def test_21_blocking_a_robot_ends():
+    stage = Stage(
+        [someone(2, 0, goals=[(9, 0)], nodes='<BlockRobot duration="3"/>')],
+        robot=robot_at(0, 0, 0, 0),
+    )
+    ends = [
+        t
+        for t in stage.run(6.0)
+        if stage.statuses(0)["StayInFrontOfRobot"] == S
+    ]
+    assert ends == pytest.approx([3.0, 6.0], abs=1.5 * DT)
+
+
+@pytest.mark.parametrize(
+    ("ports", "spans"),
+    [
+        ('beh_duration="2" only_once="false"', [(1, 3), (5, 7)]),
+        ('beh_duration="2" only_once="true"', [(1, 3)]),
+        ('beh_duration="2"', [(1, 3), (5, 7)]),
+        ('beh_duration="0"', [(1, 4), (5, 8)]),
+        ('only_once="true"', [(1, 4), (5, 8)]),
+    ],
+)
+def test_reactions_of_hunavsim_2_have_a_limit(ports, spans):
+    """Who is surprised stands; the robot is seen from 1 to 4 s and 5 to 8 s."""
+
+    def robot(t):
+        near = 1 <= t < 4 or 5 <= t < 8
+        return robot_at(0, 3 if near else 500, 0, 0)(t)
+
+    nodes = (
+        "<Sequence><IsRobotClose threshold='100'/>"
+        f"<SurprisedNav {ports}/></Sequence>"
+    )
+    stage = Stage([someone(0, 0, goals=[(50, 0)], nodes=nodes)], robot=robot)
+    stands = [
+        t for t in stage.run(9.0) if stage.statuses(0)["SurprisedNav"] == S
+    ]
+    expected = [
+        t for t in np.arange(0, 9.0, DT) if any(a <= t < b for a, b in spans)
+    ]
+    assert len(stands) == pytest.approx(len(expected), abs=2 * len(spans))
+    for a, b in spans:
+        inside = [t for t in stands if a - 0.1 <= t <= b + 0.1]
+        assert len(inside) * DT == pytest.approx(b - a, abs=0.1)
+
+
 def test_22_a_person_keeps_away_from_a_robot():
     node = "<AvoidRobot/>"
     stage = Stage(

@@ -5,7 +5,7 @@ entries; `hunav_drake.systems.behavior.language.assembly` then makes the nodes.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from hunav_drake.systems.behavior.language.assembly import Assembled, assemble
@@ -33,6 +33,7 @@ from hunav_drake.systems.behavior.nodes.registry import (
     ALIASES,
     GENERIC_TAGS,
     NODE_TYPES,
+    NODES_BY_PORT,
     PORT_ALIASES,
     SUBTREE_TAGS,
 )
@@ -69,6 +70,12 @@ class ParsedTree:
 _OWNERS = ("agent_id", "main_agent_id")
 
 
+# The reactions that HuNavSim 2 gives a time limit, and its attributes.
+_REACTIONS = ("SurprisedNav", "ScaredNav", "CuriousNav", "ThreateningNav")
+_LIMIT = "beh_duration"
+_LIMITS = {_LIMIT, "only_once"}
+
+
 class _Parser:
     def __init__(
         self, documents: Documents, node_types: Iterable[NodeType]
@@ -93,6 +100,8 @@ class _Parser:
         if element.tag in SUBTREE_TAGS:
             return self.subtree(element, scope, form, depth)
         node_type = self.node_type(element)
+        if node_type.name in _REACTIONS and _LIMITS & {*element.attributes}:
+            return self.draft(_limited(element), scope, form, depth)
         name = element.attributes.get("name", node_type.name)
         draft = Draft(node_type, Spot(element.place, name), scope)
         for attribute, text in element.attributes.items():
@@ -262,7 +271,23 @@ def node_name(element: XmlElement) -> str:
             raise element.spot.fault(
                 f"<{element.tag}> must have the attribute ID"
             )
-    return ALIASES.get(name, name)
+    name = ALIASES.get(name, name)
+    others = (NODES_BY_PORT.get((name, it)) for it in element.attributes)
+    return next(filter(None, others), name)
+
+
+def _limited(element: XmlElement) -> XmlElement:
+    """Returns a reaction of HuNavSim 2 as our nodes: with its time limit."""
+    attributes = dict(element.attributes)
+    seconds = attributes.pop(_LIMIT, None)
+    once = attributes.pop("only_once", "false")
+    reaction = replace(element, attributes=attributes)
+    if seconds is None:
+        return reaction
+    timer = {"seconds": seconds, "only_once": once}
+    expired = XmlElement("HasRunFor", timer, element.place)
+    going = XmlElement("Inverter", {}, element.place, [expired])
+    return XmlElement("Sequence", {}, element.place, [going, reaction])
 
 
 def _check_children(draft: Draft) -> None:

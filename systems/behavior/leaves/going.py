@@ -287,6 +287,40 @@ def block_agent(
 
 
 @register_action(
+    "StayInFrontOfRobot",
+    memory={"ticks": 0.0, "robot": 0.0},
+    ignored=IGNORED,
+    social=True,
+)
+@jit
+def stay_in_front_of_robot(
+    tick: Tick,
+    own: Array,
+    front_dist: PositiveDistance = 1.0,
+    max_vel: PortSpeed = 2.0,
+    duration: Seconds = 0.0,
+    turn_rate: TurnRate = TURN_RATE,
+    robot: Role = "unseen",
+) -> NodeStatus:
+    """Stays in front of the robot, facing it: HuNavSim 2's BlockRobot.
+
+    As `BlockAgent`; it fails if there is no robot. BlockRobot with the ports of
+    HuNavSim 2 is this node.
+    """
+    index = kept_robot(tick, own, 1)
+    if index < 0:
+        own[0] = 0.0
+        return FAILURE
+    act(tick, robot)
+    show_activity(tick, _BLOCK, -1, -1)
+    block(tick, robot_at(tick, index), front_dist, max_vel, turn_rate)
+    status: NodeStatus = run_for(tick, own, duration)
+    if status == SUCCESS:
+        own[1] = 0.0
+    return status
+
+
+@register_action(
     "AvoidRobot",
     memory={"ticks": 0.0, "flees": 0.0, "robot": 0.0},
     ignored=IGNORED,

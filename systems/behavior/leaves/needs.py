@@ -11,8 +11,12 @@ from hunav_drake.systems.behavior.nodes.pointers import numbers_at
 from hunav_drake.systems.behavior.nodes.registry import register_condition
 from hunav_drake.systems.behavior.nodes.social import ticks_of
 from hunav_drake.systems.behavior.nodes.tick import Tick
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.schema import within
+
+# The last tick of a condition that holds for ever.
+_EXPIRED = -3.0
 
 
 @register_condition("NeedBelow", ignored=IGNORED, social=True)
@@ -22,6 +26,33 @@ def need_below(
 ) -> bool:
     """Holds if the level of a need of the person is below `level`."""
     return bool(numbers_at(tick.memory)[np.int64(need)] < level)
+
+
+@register_condition(
+    "HasRunFor",
+    memory={"begin": 0.0, "last": -2.0},
+    ignored=IGNORED,
+    social=True,
+)
+@jit
+def has_run_for(
+    tick: Tick, own: Array, seconds: Seconds = 0.0, only_once: bool = False
+) -> bool:
+    """Holds after it has been ticked for `seconds`, until a tick without it.
+
+    With `only_once` it holds for ever after; with 0 seconds it never holds.
+    """
+    ticks = ticks_of(tick)
+    if only_once and own[1] == _EXPIRED:
+        return True
+    if ticks - own[1] > 1:
+        own[0] = ticks
+    own[1] = ticks
+    lasted = ticks - own[0]
+    expired = seconds > 0 and steps_reach(lasted, tick.time_step, seconds)
+    if only_once and expired:
+        own[1] = _EXPIRED
+    return bool(expired)
 
 
 @register_condition("TimeOfTrial", ignored=IGNORED, social=True)

@@ -57,10 +57,26 @@ PORT_ALIASES: Mapping[tuple[str, str], str] = MappingProxyType(
         ("Parallel", "success_threshold"): "success_count",
         ("Parallel", "failure_threshold"): "failure_count",
         ("StopAndWaitTimerAction", "time_duration"): "wait_duration",
+        ("ScaredNav", "runaway_vel"): "speed",
+        ("ScaredNav", "scary_force_factor"): "push",
+        ("CuriousNav", "agent_vel"): "speed",
+        ("ThreateningNav", "goal_dist"): "goal_distance",
         # (No parameter of a function can have the first of these names.)
         ("TimeOfTrial", "from"): "start",
         ("TimeOfTrial", "to"): "end",
     }
+)
+
+# Nodes that are others in HuNavSim 2, which their attributes tell.
+NODES_BY_PORT: Mapping[tuple[str, str], str] = MappingProxyType(
+    dict.fromkeys(
+        (
+            ("BlockRobot", "front_dist"),
+            ("BlockRobot", "max_vel"),
+            ("BlockRobot", "duration"),
+        ),
+        "StayInFrontOfRobot",
+    )
 )
 
 # Elements whose attribute ID names the node, and those that tick a tree.
