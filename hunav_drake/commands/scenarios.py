@@ -311,6 +311,7 @@ def _import(options: argparse.Namespace) -> int:
     from hunav_drake.scenario import SaveScenario, ScenarioError
     from hunav_drake.systems.common.models.apart import ModelFault
     from hunav_drake.systems.common.plain_errors import ConfigError
+    from hunav_drake.systems.people.behavior_choice import is_path
 
     notes: list[str] = []
     places = {"start": options.start, "goal": options.goal}
@@ -344,6 +345,9 @@ def _import(options: argparse.Namespace) -> int:
         model.model_path = [
             os.path.relpath(it, folder) for it in model.model_path
         ]
+    for human in scenario.humans:
+        if isinstance(human.behavior, str) and is_path(human.behavior):
+            human.behavior = os.path.relpath(human.behavior, folder)
     scenario = dataclasses.replace(scenario, robot=robot, world=world)
     for line in [*notes, *group_notes(left_out)]:
         print(line, file=sys.stderr)

@@ -48,7 +48,7 @@ def imported(
     """
     if kind == "scenario":
         return _scenario(data, mode, name, text)
-    document = parse_yaml(text, name=name)
+    document = parse_yaml(text, name=name, number_keys=kind == "agents")
     if document.root is None:
         raise ScenarioError(name, document_faults(document))
     if kind == "agents":
@@ -63,7 +63,10 @@ def imported(
         return Imported(_with_evaluator(data, source.data), notes)
     if mode == "add":
         return Imported(_with_more(data, source.data), notes)
-    return Imported({**data, "humans": source.data["humans"]}, notes)
+    people = {"humans": source.data["humans"]}
+    if places := source.data["places"]:
+        people["places"] = places
+    return Imported(data | people, notes)
 
 
 def _scenario(

@@ -38,9 +38,15 @@ def ImportAgents(
     number (2 and 3): see `hunav_drake.hunavsim.reactions`. Missing settings
     have the values of HuNavSim: goals are cyclic, and `max_vel` is 1.0 m/s.
 
+    The `global_goals` of HuNavSim 2 become places by their numbers. The tree of
+    an agent, <yaml_base_name>__agent_<id>_bt.xml, is its behavior if it is in
+    the folder of the file, or in `behavior_trees` in or beside that folder; if
+    it sets goals itself, the listed ones are left out.
+
     The world of the result is the given map, or the map that the file names if
-    its map_server file is in the same folder. The file does not describe the
-    robot: a default one stands at (0, 0, 0) without a goal.
+    its map_server file is in the same folder, or in `maps` in or beside it. The
+    file does not describe the robot: a default one stands at (0, 0, 0) without
+    a goal.
 
     Args:
         filename: The agents.yaml.
@@ -59,7 +65,7 @@ def ImportAgents(
         ScenarioError: If a file cannot be read, or does not have that form.
             Each fault has its file, line and path.
     """
-    imported = convert_agents(read_yaml(filename))
+    imported = convert_agents(read_yaml(filename, number_keys=True))
     imported.add_map(Path(filename).parent, map_filename)
     if metrics_filename is not None:
         imported.add_metrics(read_yaml(metrics_filename))

@@ -47,6 +47,9 @@ from hunav_drake.systems.world.solids import WorldFileError
 
 AGENTS_KEY = "hunav_loader"
 _METRICS_KEY = "hunav_evaluator_node"
+_GOALS = "global_goals"
+_NUMBERS = {name: number for number, name in BEHAVIOR_NAMES.items()}
+_AGENTS_KEYS = ("agents", "map", "yaml_base_name", _GOALS)
 _PARAMETERS = "ros__parameters"
 
 # The limits of reported faults and of reported ignored settings.
@@ -82,6 +85,8 @@ class HunavImport:
         self._known: list[Loc] = []
         self._faults = document_faults(document)
         self.left_out: list[LeftOut] = []
+        # Points by their numbers, which agents share.
+        self._goals: dict[int, list[Any]] = {}
 
     def build(
         self, checks: Sequence[Check], overrides: Mapping[Loc, str] = _NONE
@@ -112,8 +117,11 @@ class HunavImport:
             self._report((*loc, "agents"), "must be a list of agents' names")
             raise ScenarioError(self.name, self._faults)
         for key, value in agents.items():
-            if not isinstance(value, dict) and key not in ("agents", "map"):
+            if not isinstance(value, dict) and key not in _AGENTS_KEYS:
                 self._leave_out((*loc, key), "has no meaning here")
+        self._add_places(agents.pop(_GOALS, {}), (*loc, _GOALS))
+        base = agents.get("yaml_base_name")
+        stem = base if isinstance(base, str) else Path(self.name).stem
         described = [key for key, it in agents.items() if isinstance(it, dict)]
         seen = set()
         for i, name in enumerate(names):
@@ -128,26 +136,29 @@ class HunavImport:
                 problem = f"{shown(name)} is not described; {hint}"
             else:
                 seen.add(name)
-                self._add_agent(agents[name], name, (*loc, name))
+                tree = self._tree(stem, agents[name].get("id", i + 1))
+                self._add_agent(agents[name], name, (*loc, name), tree)
                 continue
             self._report((*loc, "agents", i), problem)
 
     def add_map(self, folder: Path, filename: str | Path | None) -> None:
         """Adds a map: a given YAML file, or that of the agents' file.
 
-        The latter must be in `folder`.
+        The latter must be in `folder`, or in `maps` in or beside it.
         """
         loc: Loc = (AGENTS_KEY, _PARAMETERS, "map")
         if filename is None:
             name = self._document.plain(loc)
             if not isinstance(name, str):
                 return
-            filename = folder / f"{name.removesuffix('.yaml')}.yaml"
-            if not os.path.isfile(filename):
+            file = f"{name.removesuffix('.yaml')}.yaml"
+            found = _beside(folder, "maps", file)
+            if found is None:
                 self._leave_out(
-                    loc, f"there is no {filename.name} beside; give it by --map"
+                    loc, f"there is no {file} beside; give it by --map"
                 )
                 return
+            filename = found
         try:
             World(map=os.path.abspath(filename)).fixtures()
         except WorldFileError as error:
@@ -200,7 +211,36 @@ class HunavImport:
                 self._origin(("evaluator", "metrics", len(names)), here)
                 names.append(name)
 
-    def _add_agent(self, agent: dict[str, Any], name: str, loc: Loc) -> None:
+    def _add_places(self, goals: Any, loc: Loc) -> None:
+        """Adds the numbered goals of HuNavSim 2, which agents share."""
+        if not isinstance(goals, dict):
+            rule = "must be a mapping from numbers to points"
+            self._report(loc, f"{rule}, got {shown(goals)}")
+            return
+        places = self.data["places"] = []
+        for number, point in goals.items():
+            here: Loc = ("places", len(places))
+            self._origin(here, (*loc, number))
+            if not number.isdecimal():
+                rule = "the key must be a whole number"
+                self._report((*loc, number), f"{rule}, got {shown(number)}")
+                continue
+            pose = self._numbers(
+                point, (*loc, number), (*here, "pose"), heading=True
+            )
+            if pose is not None:
+                names = {"name": f"goal_{number}", "id": int(number)}
+                places.append({**names, "pose": pose})
+                self._goals[int(number)] = pose[:2]
+
+    def _tree(self, stem: str, number: Any) -> Path | None:
+        """Returns the file of an agent's tree in HuNavSim 2, if it is there."""
+        file = f"{stem}__agent_{number}_bt.xml"
+        return _beside(Path(self.name).parent, "behavior_trees", file)
+
+    def _add_agent(
+        self, agent: dict[str, Any], name: str, loc: Loc, tree: Path | None
+    ) -> None:
         humans = self.data["humans"]
         human: dict[str, Any] = {"name": name}
         here: Loc = ("humans", len(humans))
@@ -223,6 +263,13 @@ class HunavImport:
         self._add_behavior(agent, human, loc, here)
         self._add_pose(agent, human, loc, here)
         self._add_goals(agent, human, loc, here)
+        if tree is not None:
+            human["behavior"] = str(tree)
+            self._leave_out(
+                (*loc, "behavior"), f"is its tree in {tree.parent.name}"
+            )
+            if b"<SetGoal" in tree.read_bytes():
+                human["goals"] = []
 
     def _add_behavior(
         self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
@@ -244,6 +291,8 @@ class HunavImport:
                     if key in given:
                         forces[field] = given[key]
             number = given.get("type", 1)
+            if isinstance(number, str):
+                number = _NUMBERS.get(number.lower(), number)
             at = (*loc, "type")
         self._origin((*here, "behavior"), at)
         if behavior := self._choice(number, BEHAVIOR_NAMES, at):
@@ -301,6 +350,10 @@ class HunavImport:
         for i, name in enumerate(names):
             if len(self._faults) > _MAX_FAULTS:
                 break
+            if type(name) is int and name in self._goals:
+                self._origin((*here, "goals", len(goals)), (*loc, "goals", i))
+                goals.append(self._goals[name])
+                continue
             if not isinstance(name, str) or name not in agent:
                 problem = f"there is no goal {shown(name)}"
                 self._report((*loc, "goals", i), problem)
@@ -391,3 +444,11 @@ class HunavImport:
         path = path_text(None, loc[2:])
         line = document.line(loc)
         self._faults.append(Fault(document.name, line, path, message))
+
+
+def _beside(folder: Path, other: str, name: str) -> Path | None:
+    """Returns a file in a folder, or in another one in it or beside it."""
+    for place in (".", other, f"../{other}"):
+        if (file := folder / place / name).is_file():
+            return file.resolve()
+    return None

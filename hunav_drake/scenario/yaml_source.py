@@ -66,8 +66,11 @@ _PLAIN: Any = object()
 _ALIAS: Any = object()
 
 
-def read_yaml(path: str | Path) -> YamlDocument:
-    """Reads a YAML file; all faults are findings, also a missing file."""
+def read_yaml(path: str | Path, *, number_keys: bool = False) -> YamlDocument:
+    """Reads a YAML file; all faults are findings, also a missing file.
+
+    With `number_keys`, whole numbers as keys are read as text.
+    """
     name = str(path)
     try:
         status = os.stat(path)
@@ -83,11 +86,13 @@ def read_yaml(path: str | Path) -> YamlDocument:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         return _broken(name, 0, f"cannot be read: {reason}")
-    return parse_yaml(content, name=name)
+    return parse_yaml(content, name=name, number_keys=number_keys)
 
 
-def parse_yaml(text: str | bytes, *, name: str) -> YamlDocument:
-    """Reads a document, called `name` in messages; all faults are findings."""
+def parse_yaml(
+    text: str | bytes, *, name: str, number_keys: bool = False
+) -> YamlDocument:
+    """Reads a document, called `name` in messages: see `read_yaml`."""
     if len(text) > MAX_BYTES:
         return _broken(name, 0, _too_large(len(text)))
     if isinstance(text, bytes):
@@ -105,7 +110,7 @@ def parse_yaml(text: str | bytes, *, name: str) -> YamlDocument:
     # The parser compares each directive with all before: many are slow.
     if len(re.findall(r"(?m)^%", text)) > 10:
         return _broken(name, 1, "has more than 10 YAML directives (%)")
-    return _read(text, name)
+    return _read(text, name, number_keys)
 
 
 def resolve(text: str) -> Any:
@@ -178,8 +183,11 @@ class _Composer(Composer, BaseResolver):
 class _Reader:
     """Converts the nodes of PyYAML, with a finding for each fault."""
 
-    def __init__(self, document: YamlDocument, count: int) -> None:
+    def __init__(
+        self, document: YamlDocument, count: int, number_keys: bool
+    ) -> None:
         self._document = document
+        self._number_keys = number_keys
         self._anchors: dict[str, YamlNode | None] = {}
         # The number of nodes, with aliases expanded.
         self._count = count
@@ -216,6 +224,8 @@ class _Reader:
                 continue
             key_part = self.read(key_node, loc)
             key, line = key_part.value, key_part.line
+            if self._number_keys and type(key) is int:
+                key = str(key)
             if not isinstance(key, str):
                 problem = f"a key must be text, got {shown(key)}"
                 self._report(line, problem, loc)
@@ -267,7 +277,7 @@ class _Reader:
         self._document.findings.append((line, Finding(loc, message)))
 
 
-def _read(text: str, name: str) -> YamlDocument:
+def _read(text: str, name: str, number_keys: bool) -> YamlDocument:
     composer = _Composer(_Loader(text))
     document = YamlDocument(name)
     try:
@@ -277,7 +287,8 @@ def _read(text: str, name: str) -> YamlDocument:
         if composer.check_node():
             line = composer.peek_event().start_mark.line + 1
             return _broken(name, line, "holds a second document; one is read")
-        document.root = _Reader(document, composer.count).read(node, ())
+        reader = _Reader(document, composer.count, number_keys)
+        document.root = reader.read(node, ())
         document.composed = node
     except _LimitError as error:
         return _broken(name, *error.args)

@@ -451,3 +451,86 @@ def test_a_file_of_faults_is_not_looked_through_to_its_end(write):
         write(f"hunav_loader: {{ros__parameters: {{agents: [{names}]}}}}")
     )
     assert 100 <= len(found) <= 110
+
+
+# As HuNavSim 2 writes them: numbered goals that agents share, and trees.
+SECOND = """\
+hunav_loader:
+  ros__parameters:
+    yaml_base_name: hall_agents
+    map: hall
+    global_goals:
+      1: {x: 2.0, y: 0.0}
+      2: {x: 8.0, y: 0.5, h: 1.5}
+    agents: [ana, luis]
+    ana:
+      id: 1
+      init_pose: {x: 0.0, y: 0.0, z: 1.25, h: 0.0}
+      behavior: {type: Regular, configuration: 0}
+      goals: [2, 1]
+    luis:
+      id: 2
+      init_pose: {x: 0.0, y: 3.0, h: 0.0}
+      behavior: {type: Regular, configuration: 0}
+      goals: [1]
+"""
+TREE = """\
+<root BTCPP_format="4"><BehaviorTree ID="DefaultTree"><Fallback>
+  <Inverter><RunOnce><SetGoal agent_id="{id}" goal_id="2"/></RunOnce></Inverter>
+  <Sequence><Inverter><IsGoalReached agent_id="{id}"/></Inverter>
+    <RegularNav agent_id="{id}" time_step="{dt}"/></Sequence>
+  <UpdateGoal agent_id="{id}"/>
+</Fallback></BehaviorTree></root>
+"""
+
+
+@pytest.mark.parametrize("place", [".", "behavior_trees", "../behavior_trees"])
+def test_the_files_of_hunavsim_2_have_numbered_goals_and_trees(place, tmp_path):
+    folder = tmp_path / "scenarios"
+    (folder / place).mkdir(parents=True)
+    file = folder / "people.yaml"
+    file.write_text(SECOND)
+    tree = (folder / place / "hall_agents__agent_2_bt.xml").resolve()
+    tree.write_text(TREE)
+    told = []
+    scenario = ImportAgents(file, left_out=told)
+    ana, luis = scenario.humans
+    assert [(it.name, it.id, it.pose) for it in scenario.places] == [
+        ("goal_1", 1, (2.0, 0.0, 0.0)),
+        ("goal_2", 2, (8.0, 0.5, 1.5)),
+    ]
+    assert ana.behavior == "regular"
+    assert ana.goals == [(8.0, 0.5), (2.0, 0.0)]
+    # It sets its goals itself.
+    assert luis.behavior == str(tree)
+    assert luis.goals == []
+    assert any(it.path == "luis.behavior" for it in told)
+    run = RunTrial(
+        dc.replace(
+            scenario,
+            robot=dc.replace(scenario.robot, start=(0.0, -9.0, 0.0)),
+            simulation=dc.replace(scenario.simulation, duration=4.0),
+        )
+    ).recording
+    # Both walk to the second place.
+    for i, person in enumerate((ana, luis)):
+        way = run.humans[-1, i, :2] - np.array(person.pose[:2])
+        ahead = np.array([8.0, 0.5]) - np.array(person.pose[:2])
+        assert way @ ahead / np.hypot(*ahead) > 2.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("goals: [1]", "goals: [3]", 18, "there is no goal 3"),
+        ("1: {x: 2.0, y: 0.0}", "one: {x: 2.0, y: 0.0}", 6, "whole number"),
+        ("1: {x: 2.0, y: 0.0}", "1: {x: 2.0}", 6, "is missing"),
+        ("type: Regular", "type: Regulr", 12, "must be one of"),
+    ],
+)
+def test_faults_of_the_files_of_hunavsim_2(old, new, line, words, tmp_path):
+    file = tmp_path / "people.yaml"
+    file.write_text(SECOND.replace(old, new))
+    with pytest.raises(ScenarioError, match=words) as caught:
+        ImportAgents(file)
+    assert line in [it.line for it in caught.value.faults]
