@@ -16,6 +16,7 @@ from hunav_drake.systems.common.schema import (
     Point,
     Pose,
     PositiveLength,
+    fault,
     within,
 )
 
@@ -114,14 +115,14 @@ class Place:
     def __post_init__(self) -> None:
         slots = len(self.slots) or 1
         if self.approaches and len(self.approaches) != slots:
-            raise ValueError(
+            raise fault(
                 f"approaches: must be {slots}, one for each slot, got"
                 f" {len(self.approaches)}"
             )
         for k, (x, y) in enumerate(self.approaches):
             away = math.dist((x, y), self.all_slots()[k][:2])
             if away > _REACH:
-                raise ValueError(
+                raise fault(
                     f"approaches[{k}]: must be within {_REACH:g} m of its slot,"
                     f" got {away:.3g}: people sit down from there"
                 )

@@ -1,13 +1,13 @@
 import { button, fill, h, refill } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { ROBOT, ROBOTS, isGoal, isOnMap, isPerson, isRobotPlace, placeOf, robotPath, robotsOf } from "./things.js";
+import { PLACES, ROBOT, ROBOTS, isGoal, isOnMap, isPerson, isRobotPlace, placeOf, placesOf, robotPath, robotsOf } from "./things.js";
 import { alignOps, deleteOps, duplicateOps, copied, groupOps, wordsFor } from "./changes.js";
 import { describe, memberOf, nodeAt } from "./schema.js";
 import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
 /** The first fields of a person, a wall or the robot. */
-const FIRST = ["name", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
+const FIRST = ["name", "type", "slots", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
 
 /** Returns the parts that have forms: the person of a goal, the robot. */
 function ownersOf(paths) {
@@ -132,6 +132,7 @@ function overview(store) {
       count(data.humans?.length ?? 0, "person", "people"),
       count(world.walls?.length ?? 0, "wall", "walls"),
       count(world.furniture?.length ?? 0, "piece of furniture", "pieces of furniture"),
+      ...(placesOf(data).length ? [count(placesOf(data).length, "place", "places")] : []),
       robotsOf(data).length > 1 ? `${data.robots.length} robots` : data.robot?.goal ? "a robot with a goal" : "a robot without a goal",
     ];
   };
@@ -163,7 +164,7 @@ export function makeTrialPanel(store) {
     const node = describe(root, root);
     const box = h("div");
     form = objectBody(target, root, node, [], box, {
-      without: ["humans", "world", ROBOTS, ...(several ? [ROBOT, "planner"] : [])],
+      without: ["humans", "world", PLACES, ROBOTS, ...(several ? [ROBOT, "planner"] : [])],
       first: ["name", "description", "simulation", "planner", "robot", "crowd", "evaluator"],
     });
     fill(body, box);

@@ -9,7 +9,7 @@ import { numberInput, row, toMillimeters, words } from "./fields.js";
 /** A table of points, which Alt and arrows reorder. */
 export function pointsField(target, node, path) {
   const list = h("div", { class: "points", role: "group" });
-  const add = button("plus", "Add a point", () => write([...points(), points().at(-1)?.map((it) => it + 1) ?? [0, 0]]), { text: "Add" });
+  const add = button("plus", "Add a point", () => write([...points(), points().at(-1)?.map((it, axis) => (axis < 2 ? it + 1 : it)) ?? node.item.items.map(() => 0)]), { text: "Add" });
   const all = row(target, node, path, h("div", null, list, add), { wide: true, input: list });
   let rows = [];
   const points = () => {
@@ -26,7 +26,7 @@ export function pointsField(target, node, path) {
     rows[i + step]?.inputs[0].input.focus();
   }
   function makeRow(i) {
-    const inputs = ["x", "y"].map((name, axis) =>
+    const inputs = ["x", "y", "yaw"].slice(0, node.item.items.length).map((name, axis) =>
       numberInput(node.item.items[axis], {
         label: `${name} of point ${i + 1}`,
         read: () => ({ value: toMillimeters(points()[i]?.[axis]), mixed: false }),
@@ -36,7 +36,7 @@ export function pointsField(target, node, path) {
     const element = h(
       "div",
       {
-        class: "point",
+        class: inputs.length > 2 ? "point posed" : "point",
         onkeydown(event) {
           const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
           if (!step || !event.altKey) return;

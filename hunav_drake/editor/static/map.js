@@ -1,7 +1,7 @@
 import { atFrame, h, svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { ROBOTS, boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, robotsOf, startOf } from "./things.js";
-import { ChainShape, PersonShape, RobotShape, WorldShape, outline } from "./shapes.js";
+import { PLACES, ROBOTS, boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, placesOf, robotsOf, startOf } from "./things.js";
+import { ChainShape, PersonShape, PlaceShape, RobotShape, WorldShape, outline } from "./shapes.js";
 import { lookOf, robotColor } from "./looks.js";
 import { View } from "./view.js";
 import { makeBackdrop } from "./backdrop.js";
@@ -16,7 +16,7 @@ import { drawHandles } from "./handles.js";
 const NONE = {};
 
 /** The layers from back to front; each is a group of the lower SVG. */
-const LAYERS = ["areas", "fixtures", "groups", "chains", "robot-goals", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "places", "groups", "chains", "robot-goals", "robots", "people"];
 
 /**
  * Creates the map of a store.
@@ -85,6 +85,11 @@ export function makeMap(store) {
       const facts = [behaviors, defaults];
       draw(key, "people", person, () => new PersonShape(key), (it) => it.update(person, look, defaults), facts);
       draw(`chain:${key}`, "chains", person, () => new ChainShape(key), (it) => it.update(person, look, defaults), facts);
+    });
+    placesOf(data).forEach((place, i) => {
+      const path = [PLACES, i];
+      const name = nameOf(data, path);
+      draw(keyOf(path), "places", data[PLACES][i], () => new PlaceShape(keyOf(path)), (it) => it.update(place, name));
     });
     const robots = robotsOf(data);
     const ways = robots.map((robot, k) => {

@@ -1,6 +1,6 @@
 import { atFrame, button, fill, h } from "./dom.js";
 import { isWithin, keyOf, pathOf, samePath, valueAt } from "./data.js";
-import { HUMANS, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPose, isRobotPlace, nameOf, peopleOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
+import { HUMANS, PLACES, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPlace, isPose, isRobotPlace, nameOf, peopleOf, placesOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
 import { lookOf, paintRobot, robotColor } from "./looks.js";
 import { inkOn } from "./shapes.js";
 import { robotOps } from "./changes.js";
@@ -11,6 +11,8 @@ export function partsOf(data) {
   const robots = robotsOf(data);
   const places = robots.flatMap((it) => [startOf(it), goalOf(it)]);
   parts.push({ title: robots.length > 1 ? "Robots" : "Robot", key: ROBOT, items: places.filter((path, i) => i % 2 === 0 || isPose(valueAt(data, path))) });
+  const all = placesOf(data);
+  if (all.length) parts.push({ title: "Places", key: PLACES, items: all.map((_, i) => [PLACES, i]) });
   for (const [key, items] of worldLists(data)) {
     parts.push({ title: key[0].toUpperCase() + key.slice(1), key: `world/${key}`, items: items.map((_, i) => ["world", key, i]) });
   }
@@ -80,7 +82,7 @@ export function makeOutline(store) {
       mark.style.setProperty("--ink", inkOn(color));
       note.textContent = groupOf(person) >= 0 ? `group ${groupOf(person)}` : "";
     }
-    mark.className = person ? "mark who" : `mark of-${isRobotPlace(path) ? `robot-${path.at(-1)}` : path.length === 2 ? path.join("-") : path[1]}`;
+    mark.className = person ? "mark who" : `mark of-${isPlace(path) ? "place" : isRobotPlace(path) ? `robot-${path.at(-1)}` : path.length === 2 ? path.join("-") : path[1]}`;
     if (isRobotPlace(path)) paintRobot(mark, robotColor(catalog, path[1], robotsOf(data).length));
     const faults = store.faults.filter((it) => isWithin(it.path, path) || (path[0] === ROBOTS && path.at(-1) === "start" && isWithin(it.path, robotPath(path)) && it.path[3] !== "goal"));
     fault.hidden = !faults.length;

@@ -80,7 +80,7 @@ export function describe(root, schema) {
       return { ...node, kind: "tuple", items: it.prefixItems.map((item) => describe(root, item)), labels: it["x-labels"] ?? [] };
     }
     const item = describe(root, it.items ?? {});
-    const isPoints = item.kind === "tuple" && item.items.length === 2 && item.items.every((part) => part.kind === "number");
+    const isPoints = item.kind === "tuple" && item.items.length < 4 && item.items.every((part) => part.kind === "number");
     return { ...node, kind: isPoints ? "points" : "list", item };
   }
   if (it.properties && Object.keys(it.properties).length) return { ...node, kind: "object", properties: it.properties, required: it.required ?? it.else?.required ?? [] };

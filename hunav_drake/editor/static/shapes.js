@@ -1,6 +1,6 @@
 import { fill, svg } from "./dom.js";
 import { paintRobot } from "./looks.js";
-import { behaviorOf, goalsOf, isPoint, isPose } from "./things.js";
+import { behaviorOf, goalsOf, isPoint, isPose, slotsOf } from "./things.js";
 
 /**
  * The drawings on the map, in meters, y up. Each keeps its elements
@@ -140,6 +140,51 @@ export class ChainShape {
       disc.setAttribute("r", 6.5 * px);
       write(number, 0, -3.1 * px, 9 * px);
     }
+  }
+}
+
+/** The half size of a place, and the radius of its slots, in meters. */
+const PLACE = 0.2;
+const SLOT = 0.12;
+
+/** A place: a square with the initial of its type, a nose, and its slots. */
+export class PlaceShape {
+  constructor(key) {
+    this.slots = svg("path", { class: "slots" });
+    this.hit = svg("circle", { class: "hit" });
+    this.ring = svg("circle", { class: "ring" });
+    this.nose = svg("path", { class: "nose" });
+    this.disc = svg("path", { class: "disc" });
+    this.letter = label("letter");
+    this.name = label("name");
+    this.badge = svg("g", { class: "badge" }, svg("circle", { r: 6 }), svg("text", { "text-anchor": "middle", y: 3.6 }, "!"));
+    this.body = svg("g", null, this.hit, this.ring, this.nose, this.disc, this.letter, this.name, this.badge);
+    this.element = svg("g", focusable("place", key), this.slots, this.body);
+  }
+
+  update(place, name) {
+    const at = isPoint(place.pose) ? place.pose : [0, 0];
+    this.yaw = isPose(place.pose) ? place.pose[2] : 0;
+    this.element.style.display = isPoint(place.pose) ? "" : "none";
+    this.letter.textContent = String(place.type ?? "point").slice(0, 1).toUpperCase();
+    this.title = name;
+    this.body.setAttribute("transform", `translate(${at[0]} ${at[1]})`);
+    const circle = ([x, y]) => `M${x - SLOT} ${y}a${SLOT} ${SLOT} 0 1 0 ${2 * SLOT} 0a${SLOT} ${SLOT} 0 1 0 ${-2 * SLOT} 0`;
+    this.slots.setAttribute("d", slotsOf(place).map((it) => `${outline([at, it], false)}${circle(it)}`).join(""));
+  }
+
+  zoomed(scale) {
+    const px = 1 / scale;
+    const r = Math.max(PLACE, 7 * px);
+    this.hit.setAttribute("r", Math.max(r, GRAB * px));
+    this.ring.setAttribute("r", 1.42 * r + 3 * px);
+    this.disc.setAttribute("d", `M${-r} ${-r}h${2 * r}v${2 * r}h${-2 * r}Z`);
+    this.nose.setAttribute("d", `M${r} ${0.7 * r}L${1.8 * r} 0L${r} ${-0.7 * r}Z`);
+    this.nose.setAttribute("transform", `rotate(${degrees(this.yaw)})`);
+    write(this.letter, 0, -0.42 * r, 1.2 * r);
+    write(this.name, 0, -r - 14 * px, 11 * px);
+    this.name.textContent = this.title.length > 24 ? `${this.title.slice(0, 23)}…` : this.title;
+    this.badge.setAttribute("transform", `translate(${r} ${r}) scale(${px} ${-px})`);
   }
 }
 

@@ -8,12 +8,19 @@ import { applied, keyOf, round, valueAt } from "./data.js";
 export const HUMANS = "humans";
 export const ROBOT = "robot";
 export const ROBOTS = "robots";
+export const PLACES = "places";
 const WORLD = "world";
 
 const TURN = 2 * Math.PI;
 
 /** Returns the list of people. */
 export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].filter((it) => it && typeof it === "object") : []);
+
+/** Returns the list of places. */
+export const placesOf = (data) => (Array.isArray(data[PLACES]) ? data[PLACES].map((it) => (it && typeof it === "object" ? it : {})) : []);
+
+/** Returns the poses at which a place is used, apart from its own. */
+export const slotsOf = (place) => (Array.isArray(place?.slots) ? place.slots.filter(isPoint) : []);
 
 /** Returns the paths of the robot, or of several robots. */
 export function robotsOf(data) {
@@ -40,8 +47,9 @@ export const isGoal = (path) => path[0] === HUMANS && path[2] === "goals" && pat
 export const isRobotPlace = (path) => path.at(-2) === ROBOT && path.length === (path[0] === ROBOTS ? 4 : 2);
 /** Returns the path of the robot that has a place: of several, with its planner. */
 export const robotPath = (path) => path.slice(0, path[0] === ROBOTS ? 2 : 1);
+export const isPlace = (path) => path[0] === PLACES && path.length === 2;
 const isWorldPart = (path) => path[0] === WORLD && path.length === 3;
-export const isOnMap = (path) => isPerson(path) || isGoal(path) || isRobotPlace(path) || isWorldPart(path);
+export const isOnMap = (path) => isPerson(path) || isGoal(path) || isRobotPlace(path) || isPlace(path) || isWorldPart(path);
 
 /** Returns the person of a path of a person or of a goal. */
 export const personPath = (path) => (path[0] === HUMANS ? path.slice(0, 2) : null);
@@ -73,6 +81,7 @@ export function nameOf(data, path) {
   if (path[0] === ROBOTS && path.length > 2) return [nameOf(data, robotPath(path)), ...path.slice(2)].join(" ");
   const value = valueAt(data, path);
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
+  if (isPlace(path)) return value?.name || `place_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {
     const kind = value.type ?? String(path.at(-2)).replace(/s$/, "");
     return value.name || `${String(kind).replace("_", " ")} ${Number(path.at(-1)) + 1}`;
@@ -94,8 +103,9 @@ export function moveOps(data, path, dx, dy) {
   for (const name of ["pose", "center", "point"]) {
     if (isPoint(value[name])) ops.push(["set", [...path, name], shifted(value[name], dx, dy)]);
   }
-  if (Array.isArray(value.points)) {
-    ops.push(["set", [...path, "points"], value.points.map((it) => (isPoint(it) ? shifted(it, dx, dy) : it))]);
+  for (const name of ["points", "slots", "approaches"]) {
+    if (!Array.isArray(value[name])) continue;
+    ops.push(["set", [...path, name], value[name].map((it) => (isPoint(it) ? shifted(it, dx, dy) : it))]);
   }
   return ops;
 }
@@ -126,7 +136,17 @@ export function turnOps(data, path, yaw) {
   if (!found) return [];
   if (found.path.at(-1) === 2) {
     const parent = found.path.slice(0, -1);
-    return [["set", parent, [...found.at.slice(0, 2), wrapped(yaw)]]];
+    const ops = [["set", parent, [...found.at.slice(0, 2), wrapped(yaw)]]];
+    const [c, s] = [Math.cos(yaw - found.yaw), Math.sin(yaw - found.yaw)];
+    const turned = ([x, y, ...rest]) => {
+      const [dx, dy] = [x - found.at[0], y - found.at[1]];
+      return [round(found.at[0] + c * dx - s * dy), round(found.at[1] + s * dx + c * dy), ...rest.map((it) => wrapped(it + yaw - found.yaw))];
+    };
+    const value = isPlace(path) ? valueAt(data, path) : {};
+    for (const name of ["slots", "approaches"]) {
+      if (Array.isArray(value[name])) ops.push(["set", [...path, name], value[name].map((it) => (isPoint(it) ? turned(it) : it))]);
+    }
+    return ops;
   }
   return [["set", found.path, wrapped(yaw)]];
 }
@@ -181,6 +201,7 @@ export function boundsOf(data, outlines) {
     if (isPoint(person.pose)) points.push(person.pose);
     points.push(...goalsOf(person).map(({ at }) => at));
   }
+  for (const place of placesOf(data)) points.push(...[place.pose].filter(isPoint), ...slotsOf(place));
   for (const path of robotsOf(data).flatMap((it) => [startOf(it), goalOf(it)])) {
     const at = valueAt(data, path);
     if (isPoint(at)) points.push(at);

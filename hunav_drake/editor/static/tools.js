@@ -1,6 +1,6 @@
 import { svg } from "./dom.js";
 import { keyOf, round, valueAt } from "./data.js";
-import { goalOf, goalsOf, isPerson, isPoint, isRobotPlace, nameOf, peopleOf, personPath, robotsOf, startOf } from "./things.js";
+import { PLACES, goalOf, goalsOf, isPerson, isPoint, isRobotPlace, nameOf, peopleOf, personPath, placesOf, robotsOf, startOf } from "./things.js";
 import { freeName, segmentAt } from "./changes.js";
 import { worldTools } from "./worldtools.js";
 import { scaleTool } from "./scaletool.js";
@@ -145,6 +145,27 @@ function robotTool(store, map, isGoal) {
   };
 }
 
+function placeTool(store, map) {
+  return {
+    name: "place",
+    title: "Place",
+    icon: "place",
+    key: "l",
+    hint: "Press at the place that people go to, and pull in the direction that they face there.",
+    down(at) {
+      const places = placesOf(store.data);
+      const name = freeName(`place_${places.length + 1}`, new Set(places.map((it) => it.name)));
+      const path = [PLACES, places.length];
+      const opsFor = (pose) => [`Add ${name}`, [["insert", path, { name, pose }]]];
+      return pulled(store, map, at, opsFor, () => {
+        store.select([path]);
+        store.tools.choose("select");
+      });
+    },
+    finish: () => false,
+  };
+}
+
 function measureTool(store, map) {
   return {
     name: "measure",
@@ -184,6 +205,7 @@ export function makeTools(store, map) {
     goalTool(store),
     robotTool(store, map, false),
     robotTool(store, map, true),
+    placeTool(store, map),
     ...worldTools(store, map),
     measureTool(store, map),
     scaleTool(store, map),
