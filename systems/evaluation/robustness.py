@@ -20,6 +20,7 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, Contact, X, Y
 from hunav_drake.systems.common.poses import wrap_angles
 from hunav_drake.systems.common.suggest import suggestion
+from hunav_drake.systems.evaluation.chords import nearest_on_chords
 from hunav_drake.systems.evaluation.features import CONTACT_GAP
 from hunav_drake.systems.evaluation.metric import check_takes, origin_of
 from hunav_drake.systems.evaluation.metrics.proxemics import INTIMATE
@@ -201,11 +202,7 @@ def collision(recording: Recording) -> Array:
     b = -(rows[..., VX : VY + 1] * n).sum(axis=-1)
     # Of the chord that leads to each sample; the first has none.
     start = np.concatenate([offset[:1], offset[:-1]])
-    change = offset - start
-    square = (change**2).sum(axis=-1)
-    along = -(start * change).sum(axis=-1) / np.maximum(square, 1e-12)
-    nearest = start + np.clip(along, 0.0, 1.0)[..., None] * change
-    gap = np.hypot(nearest[..., X], nearest[..., Y])
+    _, gap = nearest_on_chords(start, offset)
     gap = gap - rows[..., RADIUS] - robot[..., RADIUS]
     # It counts who approaches where the chord begins, or where it ends.
     meets, speed = (a > b) & (a > _MOVES), a + b
