@@ -26,4 +26,7 @@ class ExternalPlanner(PlannerConfig):
         # Imported here, so that reading a scenario does not load Drake.
         from hunav_drake.systems.planning.held_command import HeldCommand
 
-        return HeldCommand(task)
+        scan_size = (
+            task.lidar.num_rays if self.sees.by_lidar and task.lidar else 0
+        )
+        return HeldCommand(task, scan_size)

@@ -23,12 +23,14 @@ class HeldCommand(LeafSystem):
         - robot_state
         - human_states
         - goal
+        - scan
         output_ports:
         - velocity_command
         - status
         - path
 
-    The inputs are those of any planner, and are not read. Port
+    The inputs are those of any planner, and are not read; there is a ``scan``
+    only if it is given a size. Port
     ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status`` the
     `PlannerStatus` DRIVING, and ``path`` no points.
 
@@ -36,13 +38,15 @@ class HeldCommand(LeafSystem):
     `SetCommand`.
     """
 
-    def __init__(self, task: PlanningTask) -> None:
+    def __init__(self, task: PlanningTask, scan_size: int = 0) -> None:
         """Constructs a HeldCommand."""
         super().__init__()
         size = STATE_SIZE * task.num_humans
         self.DeclareVectorInputPort("robot_state", STATE_SIZE)
         self.DeclareVectorInputPort("human_states", size)
         self.DeclareVectorInputPort("goal", 3)
+        if scan_size:
+            self.DeclareVectorInputPort("scan", scan_size)
         self._command = self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("velocity_command", self._command)
         self.DeclareVectorOutputPort(

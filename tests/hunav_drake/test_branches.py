@@ -243,6 +243,24 @@ def test_the_held_command_drives_the_robot():
         SetRobotCommand(diagram, clone, [0.4, 0.0], "b")
 
 
+@pytest.mark.parametrize("sees", ["lidar", "detector", "visible"])
+def test_a_held_command_follows_a_planner_of_any_perception(sees):
+    scenario = stage(PAIR, f"planner={{type: pursuit, sees: {sees}}}")
+    diagram, context = at(scenario, 1.0)
+    made = RunBranches(
+        scenario,
+        diagram,
+        context,
+        until=2.0,
+        reference=SAME,
+        branches={"held": WithPlanner("external")},
+    )
+    # The command of the planner stays.
+    speeds = made.futures["held"].robots["robot"][1:, VX]
+    assert np.ptp(speeds) == 0
+    assert speeds[0] > 0.1
+
+
 def test_results_are_of_the_time_from_the_instant_to_the_end():
     scenario = crossing()
     diagram, context = at(scenario, 4.0)
