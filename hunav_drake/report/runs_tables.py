@@ -17,7 +17,7 @@ from hunav_drake.report.tables import (
     metric_cell,
     number,
 )
-from hunav_drake.runs.statistics import RATES, compare, early_mark, summarize
+from hunav_drake.runs.statistics import compare, early_mark, is_rate, summarize
 from hunav_drake.systems.evaluation.metric import LEAST_GAP, base_name
 from hunav_drake.trial.metric_facts import headline_of, unit_of
 from hunav_drake.trial.quantity_text import label_text
@@ -269,7 +269,7 @@ def _metrics(runs: pd.DataFrame) -> list[str]:
 
 def _unit(runs: Any, name: str) -> tuple[str, float]:
     """Returns the unit in which a metric is shown, and the factor to it."""
-    return ("%", 100.0) if name in RATES else (unit_of(runs, name), 1.0)
+    return ("%", 100.0) if is_rate(name) else (unit_of(runs, name), 1.0)
 
 
 def _estimate(

@@ -12,7 +12,7 @@ from hunav_drake.runs.cells import Cell
 from hunav_drake.runs.code_hash import CodeHashes
 from hunav_drake.runs.intervals import mean_interval, wilson_interval
 from hunav_drake.runs.run_row import NO_RESULT, RunRow
-from hunav_drake.runs.statistics import RATES
+from hunav_drake.runs.statistics import is_rate
 from hunav_drake.runs.suite import Suite
 from hunav_drake.runs.tasks import Task
 from hunav_drake.trial.provenance import NOTHING_DRAWN
@@ -97,7 +97,7 @@ class CellPlan:
         if self._until:
             name = self._until.metric
             # A run without a result is not completed.
-            is_missed = name in RATES and row.end_reason in NO_RESULT
+            is_missed = is_rate(name) and row.end_reason in NO_RESULT
             value = 0.0 if is_missed else row.metrics.get(name, math.nan)
             self._values[index] = value
             self._raise_goal()
@@ -161,7 +161,7 @@ class CellPlan:
         if n < self._until.least:
             return False
         # As in tables.
-        if self._until.metric in RATES:
+        if is_rate(self._until.metric):
             low, high = wilson_interval(float(means.sum()), n)
         else:
             low, high = mean_interval(means)

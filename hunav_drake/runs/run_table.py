@@ -19,7 +19,7 @@ from hunav_drake.runs.run_row import (
     make_row,
     table_facts,
 )
-from hunav_drake.runs.statistics import RATES
+from hunav_drake.runs.statistics import RATES, is_rate
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.trial.result import TrialResult
@@ -288,7 +288,7 @@ class RunTable(Sequence[RunRow]):
         """Returns the metrics; runs without a result are not completed."""
         columns = self.columns("metrics")
         failed = end_reasons.isin(NO_RESULT).to_numpy()
-        for name in RATES:
+        for name in (*RATES, *filter(is_rate, {*columns} - {*RATES})):
             # Unless the scenarios do not compute it.
             if failed.any() and (name in columns or not columns):
                 told = columns.get(name, np.full(len(failed), np.nan))

@@ -30,7 +30,7 @@ from hunav_drake.runs.intervals import (
 from hunav_drake.runs.settings import has_settings
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.suggest import shown, suggestion
-from hunav_drake.systems.evaluation.metric import ABOUT_RUNS
+from hunav_drake.systems.evaluation.metric import ABOUT_RUNS, base_name
 from hunav_drake.trial.metric_facts import bounds_of, direction_of, unit_of
 from hunav_drake.trial.quantity_text import ROUNDING
 
@@ -38,6 +38,7 @@ Names = str | Iterable[str]
 
 # Metrics that are 0 or 1, whose mean is a rate.
 RATES = ("completed",)
+
 
 # Metrics that include runs that do not arrive. All other metrics of such runs
 # are for another path, or another time.
@@ -54,6 +55,11 @@ _OF_THE_WAY = ("path_length", "cumulative_heading_changes")
 # The smallest number of pairs to call one better: even if all of 5 pairs have
 # the same sign, this happens by chance once in 16 times.
 LEAST_PAIRS = 6
+
+
+def is_rate(metric: str) -> bool:
+    """Returns whether a metric is a rate, also of one of several robots."""
+    return base_name(metric) in RATES
 
 
 def summarize(
@@ -97,8 +103,9 @@ def summarize(
     by = _listed(by)
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
-    rates = set(_listed(rates))
-    for name in rates.intersection(names):
+    known_rates = _listed(rates)
+    found = [name for name in names if base_name(name) in known_rates]
+    for name in found:
         _check_rate(name, runs)
     known = RATES[0] if RATES[0] in runs else None
     columns = list(dict.fromkeys([*names, *([known] if known else [])]))
@@ -112,7 +119,7 @@ def summarize(
             values = values[finite]
             if len(part) == 1 and draws_nothing(part).all():
                 ends = math.nan, math.nan
-            elif name in rates:
+            elif name in found:
                 successes = float(values.sum())
                 ends = wilson_interval(successes, len(values), confidence)
             else:
@@ -174,9 +181,8 @@ def compare(
     _check_confidence(confidence)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     columns = list(dict.fromkeys([*names, *(r for r in RATES if r in runs)]))
-    for name in RATES:
-        if name in runs:
-            _check_rate(name, runs)
+    for name in filter(is_rate, columns):
+        _check_rate(name, runs)
     told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
     one, other = _pairs(told, (a, b), on, [*by, *pair], columns)
     kinds = one.index.to_frame(index=False)
@@ -188,10 +194,10 @@ def compare(
             both = where_all_arrive([it[RATES[0]] for it in (xs, ys)])
         for name in names:
             x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
-            some = both is not None and name not in OF_ALL_RUNS
+            some = both is not None and base_name(name) not in OF_ALL_RUNS
             if some:
                 x, y = x[both], y[both]
-            row = _describe_pairs(x, y, name in RATES, confidence)
+            row = _describe_pairs(x, y, is_rate(name), confidence)
             row["pairs"] = "both arrive" if some else "all"
             better = _better(direction_of(runs, name), row)
             rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}

@@ -16,7 +16,7 @@ from hunav_drake.report.plots.style import (
 from hunav_drake.runs.independent_runs import draws_nothing
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.runs.settings import contenders
-from hunav_drake.runs.statistics import RATES, summarize
+from hunav_drake.runs.statistics import is_rate, summarize
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import label_text
 from hunav_drake.trial.result import TrialResult
@@ -57,7 +57,7 @@ def plot_comparison(
     statistics = summarize(table, by, metrics=metric, bounded=True)
     statistics = statistics.droplevel("metric")
     unit = unit_of(table, metric)
-    if metric in RATES:
+    if is_rate(metric):
         unit = "%"
         table = table.assign(**{metric: 100.0 * table[metric]})
         statistics[["mean", "low", "high"]] *= 100.0

@@ -8,7 +8,12 @@ import pandas as pd
 
 from hunav_drake.runs.independent_runs import draws_nothing, once_per_seed
 from hunav_drake.runs.run_row import NO_RESULT
-from hunav_drake.runs.statistics import OF_ALL_RUNS, RATES, where_all_arrive
+from hunav_drake.runs.statistics import (
+    OF_ALL_RUNS,
+    RATES,
+    is_rate,
+    where_all_arrive,
+)
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.common.arrays import Array, Mask
 
@@ -156,7 +161,7 @@ class Means:
         found: dict[tuple[str, str], Array] = {}
         for key, part in self._runs.items():
             failed = part.end_reason.isin(NO_RESULT)
-            counted = part if metric in RATES else part[~failed]
+            counted = part if is_rate(metric) else part[~failed]
             if len(counted):
                 found[key] = counted[metric].to_numpy(float)
         return found

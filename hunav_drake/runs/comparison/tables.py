@@ -12,7 +12,7 @@ from hunav_drake.runs.comparison.paper import (
     printed_values,
 )
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text
-from hunav_drake.runs.statistics import RATES, early_mark, summarize
+from hunav_drake.runs.statistics import early_mark, is_rate, summarize
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.evaluation.metric import DERIVED_FAMILIES, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS as KNOWN
@@ -135,7 +135,7 @@ def scores(runs: pd.DataFrame) -> list[str]:
 
 def shown_unit(runs: pd.DataFrame, metric: str) -> str:
     """Returns the unit of a metric in tables: rates are in percent."""
-    return "%" if metric in RATES else unit_of(runs, metric)
+    return "%" if is_rate(metric) else unit_of(runs, metric)
 
 
 def mean_text(described: pd.Series, metric: str, unit: str) -> str:
@@ -149,13 +149,13 @@ def mean_text(described: pd.Series, metric: str, unit: str) -> str:
         metric: The name of the metric.
         unit: The unit in which it is shown.
     """
-    scale = 100.0 if metric in RATES else 1.0
+    scale = 100.0 if is_rate(metric) else 1.0
     mean, low, high = (
         scale * float(described[key]) for key in ("mean", "low", "high")
     )
     half = (high - low) / 2
     text = number_text(mean, unit)
-    if metric in RATES:
+    if is_rate(metric):
         text = text.removesuffix(".0")
         # This interval is not symmetric.
         text += f" [{low:.0f}, {high:.0f}]" * math.isfinite(half)

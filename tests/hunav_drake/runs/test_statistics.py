@@ -357,3 +357,17 @@ def test_texts_that_look_like_numbers_stay_texts(tmp_path):
     path.write_text("tag,scenario,planner,seed,path_length\n01,NA,None,3,1.5\n")
     row = ReadRuns(path).iloc[0]
     assert row.tolist() == ["01", "NA", "None", 3, 1.5]
+
+
+def test_rates_of_one_of_several_robots_are_rates_too():
+    runs = make_runs()
+    runs["west.completed"] = runs["completed"]
+    table = summarize(runs).loc["passing", "fast"]
+    of_all, of_one = table.loc["completed"], table.loc["west.completed"]
+    assert (of_one["low"], of_one["high"]) == wilson_interval(7.0, 8)
+    assert of_all.equals(of_one)
+    paired = compare(runs, "fast", "slow").loc["passing"]
+    pair = ["n", "difference", "low", "high"]
+    assert paired.loc["completed", pair].equals(
+        paired.loc["west.completed", pair]
+    )
