@@ -3,17 +3,12 @@
 python docs/draw_hard.py
 """
 
-from io import BytesIO
 import math
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
+from draw_standard import draw_sheet
 from matplotlib.patches import Circle
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image
 
 from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.scenarios import hard_names
@@ -22,7 +17,6 @@ from hunav_drake.systems.evaluation.robustness import ROBUSTNESS
 from hunav_drake.systems.scene.plan_walls import draw_walls
 
 FILE = Path(__file__).parent / "hard.png"
-COLUMNS = 4
 BLUE, ORANGE, GRAY, GREEN = "#0072b2", "#d55e00", "#8c8c8c", "#009e73"
 
 # What is seen around the middle of the failure, in meters.
@@ -62,23 +56,5 @@ def draw_scene(axes, name: str) -> None:
     axes.set_title(f"{name.removeprefix('hard/')}, {found.time:.1f} s", size=9)
 
 
-def main() -> None:
-    """Draws all scenes on one sheet."""
-    names = hard_names()
-    rows = -(-len(names) // COLUMNS)
-    figure, grid = plt.subplots(
-        rows, COLUMNS, figsize=(10, 2.75 * rows), layout="constrained"
-    )
-    for axes in grid.flat[len(names) :]:
-        axes.set_axis_off()
-    for axes, name in zip(grid.flat, names, strict=False):
-        draw_scene(axes, name)
-    stream = BytesIO()
-    figure.savefig(stream, dpi=110)
-    # Some colors are enough, and half of the size.
-    picture = Image.open(stream).convert("RGB").quantize(96)
-    picture.save(FILE, optimize=True)
-
-
 if __name__ == "__main__":
-    main()
+    draw_sheet(hard_names(), draw_scene, FILE)

@@ -3,12 +3,14 @@
 python docs/draw_standard.py
 """
 
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 
 import matplotlib
 
 matplotlib.use("Agg")
+from matplotlib.axes import Axes
 import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image
@@ -79,9 +81,10 @@ def draw_scenario(axes, name: str) -> None:
     axes.set_title(f"{name} ({len(draw_people(scenario))} people)", size=9)
 
 
-def main() -> None:
-    """Draws all scenarios on one sheet."""
-    names = LoadSuite(filename="standard").scenarios
+def draw_sheet(
+    names: Sequence[str], draw: Callable[[Axes, str], None], file: Path
+) -> None:
+    """Draws a picture for each name on one sheet."""
     rows = -(-len(names) // COLUMNS)
     figure, grid = plt.subplots(
         rows, COLUMNS, figsize=(10, 2.75 * rows), layout="constrained"
@@ -89,13 +92,13 @@ def main() -> None:
     for axes in grid.flat[len(names) :]:
         axes.set_axis_off()
     for axes, name in zip(grid.flat, names, strict=False):
-        draw_scenario(axes, name)
+        draw(axes, name)
     stream = BytesIO()
     figure.savefig(stream, dpi=110)
     # Some colors are enough, and half of the size.
     picture = Image.open(stream).convert("RGB").quantize(96)
-    picture.save(FILE, optimize=True)
+    picture.save(file, optimize=True)
 
 
 if __name__ == "__main__":
-    main()
+    draw_sheet(LoadSuite(filename="standard").scenarios, draw_scenario, FILE)

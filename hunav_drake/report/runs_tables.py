@@ -91,21 +91,22 @@ def responsibility_table(
     table = headline_table(runs, found)
     if not gaps:
         return table
-    least = runs[gaps].min(axis=1)
-    groups: dict[str, list[list[Cell]]] = {}
-    for scenario, rows in table.groups.items():
-        for row in rows:
-            own = least[
-                (runs["scenario"].replace("", _TRIALS) == scenario)
-                & (runs["contender"].replace("", _ALL) == row[0])
-            ].dropna()
-            cell: Cell = number(math.nan)
-            if len(own):
-                i = own.idxmin()
-                text = f"{number(own[i], 'm')} m, seed {runs.at[i, 'seed']}"
-                page = links.get(i, {}).get("replay")
-                cell = {text: page} if page else text
-            groups.setdefault(scenario, []).append([*row, cell])
+    worst: dict[tuple[str, Cell], Cell] = {}
+    least = (
+        runs[gaps].min(axis=1).groupby([runs["scenario"], runs["contender"]])
+    )
+    for (scenario, contender), own in least:
+        cell: Cell = number(math.nan)
+        if own.notna().any():
+            i = own.idxmin()
+            text = f"{number(own[i], 'm')} m, seed {runs.at[i, 'seed']}"
+            page = links.get(i, {}).get("replay")
+            cell = {text: page} if page else text
+        worst[scenario or _TRIALS, contender or _ALL] = cell
+    groups = {
+        scenario: [[*row, worst[scenario, row[0]]] for row in rows]
+        for scenario, rows in table.groups.items()
+    }
     head = [*table.head, "worst encounter: gap"]
     return replace(table, head=head, groups=groups)
 

@@ -103,18 +103,19 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
         scenario, diagram = _prepared(task, seed)
         with time_cycles() as cycles:
             result = RunTrial(scenario, seed, diagram=diagram)
+        numbers = task.cell.numbers(result.recording, seed)
+        # (Of the trial alone.)
+        cost = {
+            "wall": time.perf_counter() - wall,
+            "cpu": time.process_time() - cpu,
+        }
         if task.cell.relative and result.end_reason not in FAILED:
             result = _compared(result, scenario, seed, diagram)
-        numbers = task.cell.numbers(result.recording, seed)
     except (KeyboardInterrupt, MemoryError):
         raise
     except Exception as error:
         reason = fault_of_user_code(error) or f"{type(error).__name__}: {error}"
         return failed_row(task, seed, repetition, reason)
-    cost = {
-        "wall": time.perf_counter() - wall,
-        "cpu": time.process_time() - cpu,
-    }
     if cycles:
         median, p95 = np.quantile(cycles, (0.5, 0.95)).tolist()
         cost |= {"cycle_median": median, "cycle_p95": p95}

@@ -54,6 +54,13 @@ def test_values_are_those_of_single_trials(result):
         assert found == pytest.approx(dict(alone), rel=0, abs=0, nan_ok=True)
 
 
+def test_the_cost_is_that_of_the_trial_alone(result):
+    plain = LoadSuite(data=SUITE.replace("relative: true", ""))
+    alone = RunSuite(plain, workers=1).costs()["cpu"]
+    # With the comparison it is ten times as much.
+    assert result.costs()["cpu"].min() < 4 * alone.max()
+
+
 def test_a_finished_suite_is_not_run_again(result, folder):
     log = (folder / "runs.jsonl").read_bytes()
     again = RunSuite(LoadSuite(data=SUITE), workers=1, out=folder)
