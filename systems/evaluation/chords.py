@@ -4,8 +4,8 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
 
-# The largest u before the end of a motion.
-_BEFORE_END = np.nextafter(1.0, 0.0)
+# The smallest u after the begin of a motion, and the largest before its end.
+_AFTER_BEGIN, _BEFORE_END = np.finfo(float).tiny, np.nextafter(1.0, 0.0)
 
 
 def chords_within(
@@ -39,14 +39,14 @@ def chords_within(
         roots = np.sort(np.stack([q / a, c / q]), axis=0)
     begin = np.where(inside, 0.0, roots[0])
     end = np.where(stays, 1.0, roots[1])
-    crosses = (begin >= 0) & (end <= 1) & (begin < end) & (reach >= 0)
-    # (Where an end is inside, a root may miss [0, 1] by rounding.)
-    some = inside | stays
-    begin = np.where(some & ~inside, np.clip(begin, 0.0, 1.0), begin)
-    # (An end that is outside is an exit.)
-    end = np.where(some & ~stays, np.clip(end, 0.0, _BEFORE_END), end)
+    # It is nearest on the way, within the distance. (The signs are those of
+    # the roots; a root may miss [0, 1] by rounding.)
+    crosses = (b < 0) & (a + b > 0) & (begin < end) & (reach >= 0)
+    # (Who begins outside enters, and an end that is outside is an exit.)
+    begin = np.where(inside, begin, np.clip(begin, _AFTER_BEGIN, 1.0))
+    end = np.where(stays, end, np.clip(end, 0.0, _BEFORE_END))
     known = ~np.isnan(a + reach)
-    good = known & (some | crosses)
+    good = known & (inside | stays | crosses)
     return np.where(good, begin, np.nan), np.where(good, end, np.nan)
 
 

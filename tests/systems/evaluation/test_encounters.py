@@ -221,6 +221,32 @@ def test_exits_are_as_many_as_entries_where_samples_are_at_the_border():
             assert (begin > 0).sum() + (end < 1).sum() == 1
 
 
+def test_steps_of_the_size_of_rounding_enter_as_well_as_exit():
+    generator = np.random.default_rng(0)
+    angle = generator.uniform(0, 2 * np.pi, 20_000)
+    first = np.column_stack([np.cos(angle), np.sin(angle)])
+    last = first + generator.normal(scale=1e-16, size=first.shape)
+    was, stays = ((it * it).sum(axis=1) <= 1.0 for it in (first, last))
+    begin, end = chords_within(first, last, np.ones(len(first)))
+    np.testing.assert_array_equal(begin > 0, ~was & stays)
+    np.testing.assert_array_equal(end < 1, was & ~stays)
+
+
+def test_a_passage_that_ends_at_the_border_but_for_rounding_counts():
+    angle = np.random.default_rng(0).uniform(0, 2 * np.pi, 2000)
+    last = np.column_stack([np.cos(angle), np.sin(angle)])
+    across = np.column_stack([np.cos(angle + 0.2), np.sin(angle + 0.2)])
+    outside = (last * last).sum(axis=1) > 1.0
+    assert outside.any()
+    begin, end = chords_within(
+        *((last + 1.2 * (across - last))[outside], last[outside]),
+        np.ones(outside.sum()),
+    )
+    np.testing.assert_allclose(begin, 1 / 6, atol=1e-9)
+    assert (end < 1).all()
+    np.testing.assert_allclose(end, 1.0)
+
+
 points = st.floats(-5, 5).map(lambda x: round(x, 3))
 chords = st.lists(points, min_size=4, max_size=4)
 
