@@ -1,7 +1,9 @@
 """The failures that a search has found, and their files."""
 
+import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
+import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hunav_drake.runs.failures.scene_runs import (
@@ -154,15 +156,16 @@ def write_failures(failures: Failures, folder: Path) -> None:
 
     Each scene gets a scenario file, 001.yaml, and the Context 3 s before the
     failure, 001.npz; rank.csv lists them with the hash of the states of robot
-    and people, and tried.csv all runs. Those of an earlier search are removed.
+    and people, and tried.csv all runs. Those that the rank.csv of an earlier
+    search lists are removed; other files stay.
 
     Raises:
         RuntimeError: If a scene does not fail as it did.
         OSError: If a file cannot be written.
     """
-    for suffix in _SUFFIXES:
-        for old in folder.glob(f"[0-9][0-9][0-9]{suffix}"):
-            old.unlink()
+    for name in _listed_scenes(folder / RANK):
+        for suffix in _SUFFIXES:
+            (folder / f"{name}{suffix}").unlink(missing_ok=True)
     table, hashes = failures.table, []
     for i, scene in enumerate(failures.scenes):
         path = folder / f"{scene_name(i)}.yaml"
@@ -176,6 +179,15 @@ def write_failures(failures: Failures, folder: Path) -> None:
         for k, (values, it) in enumerate(failures.runs)
     ]
     _write_table(folder / TRIED, pd.DataFrame(tried))
+
+
+def _listed_scenes(rank: Path) -> list[str]:
+    """Returns the names of the scenes in a table; none if there is no table."""
+    if not rank.is_file():
+        return []
+    with rank.open(newline="", encoding="utf-8", errors="replace") as file:
+        names = [row.get("scene") or "" for row in csv.DictReader(file)]
+    return [it for it in names if re.fullmatch("[0-9]{3}", it)]
 
 
 def _run_again(scene: Scene, robustness: str, path: Path) -> str:

@@ -337,9 +337,14 @@ def test_scenes_of_an_earlier_search_are_removed(found, tmp_path):
     failures, _ = found
     for name in ("001.html", "017.yaml", "017.npz", "017.html", "mine.yaml"):
         (tmp_path / name).touch()
+    (tmp_path / "rank.csv").write_text("scene,rho\n001,-0.2\n017,-0.1\n")
+    # These are not of a search.
+    for name in ("100.npz", "404.html", "512.yaml"):
+        (tmp_path / name).touch()
     write_failures(dc.replace(failures, scenes=failures.scenes[:1]), tmp_path)
     assert sorted(it.name for it in tmp_path.iterdir()) == [
-        *("001.npz", "001.yaml", "mine.yaml", "rank.csv", "tried.csv")
+        *("001.npz", "001.yaml", "100.npz", "404.html", "512.yaml"),
+        *("mine.yaml", "rank.csv", "tried.csv"),
     ]
 
 
