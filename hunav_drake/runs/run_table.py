@@ -273,7 +273,7 @@ class RunTable(Sequence[RunRow]):
         if by_behavior:
             frame = self._by_behavior(about)
         else:
-            columns = self._metrics(about["end_reason"])
+            columns = self._metrics(about)
             columns |= self.columns("extras") if extras else {}
             frame = pd.concat(
                 [about, pd.DataFrame(columns, about.index)], axis=1
@@ -284,15 +284,26 @@ class RunTable(Sequence[RunRow]):
         )
         return frame
 
-    def _metrics(self, end_reasons: pd.Series) -> dict[str, Array]:
+    def _metrics(self, about: pd.DataFrame) -> dict[str, Array]:
         """Returns the metrics; runs without a result are not completed."""
         columns = self.columns("metrics")
-        failed = end_reasons.isin(NO_RESULT).to_numpy()
-        for name in (*RATES, *filter(is_rate, {*columns} - {*RATES})):
-            # Unless the scenarios do not compute it.
-            if failed.any() and (name in columns or not columns):
-                told = columns.get(name, np.full(len(failed), np.nan))
-                columns[name] = np.where(failed, 0.0, told)
+        failed = about["end_reason"].isin(NO_RESULT).to_numpy()
+        if not failed.any():
+            return columns
+        # Unless the scenarios do not compute it.
+        if not columns:
+            columns = {it: np.full(len(failed), np.nan) for it in RATES}
+        rates = [*filter(is_rate, columns)]
+        if not rates:
+            return columns
+        table = pd.DataFrame({it: columns[it] for it in rates}, about.index)
+        keys = [about["scenario"], about["setting"]]
+        told = table.notna().groupby(keys, sort=False).transform("any")
+        # (If all runs of a scenario failed, it may have any.)
+        told[~told.any(axis=1)] = True
+        for name in rates:
+            missed = failed & told[name].to_numpy()
+            columns[name] = np.where(missed, 0.0, columns[name])
         return columns
 
     def _by_behavior(self, about: pd.DataFrame) -> pd.DataFrame:

@@ -84,3 +84,32 @@ def test_takes_little_memory():
         tracemalloc.stop()
     assert len(table) == 2000
     assert size / 2000 < 60 * 8 * 1.25 + 100
+
+
+def test_failed_runs_count_only_for_the_robots_of_their_scenario():
+    def row(scenario, seed, metrics=None):
+        end = "error" if metrics is None else "goal"
+        about = scenario, "dwb", "", seed, end, "", 1.0
+        return RunRow(*about, metrics or {}, {})
+
+    table = RunTable(
+        [
+            row("one", 0, {"completed": 1.0}),
+            row("one", 1),
+            row("two", 0, {"a.completed": 1.0, "b.completed": 0.0}),
+            row("two", 1),
+            row("broken", 0),
+        ]
+    ).frame()
+    nan = math.nan
+    names = ["completed", "a.completed", "b.completed"]
+    np.testing.assert_array_equal(
+        table[names],
+        [
+            *([1.0, nan, nan], [0.0, nan, nan], [nan, 1.0, 0.0]),
+            *([nan, 0.0, 0.0], [0.0, 0.0, 0.0]),
+        ],
+    )
+    other = RunTable([row("x", 0, {"path_length": 1.0}), row("x", 1)]).frame()
+    assert "completed" not in other
+    assert RunTable([row("x", 0)]).frame()["completed"].tolist() == [0.0]
