@@ -79,7 +79,7 @@ def summarize(
         by: The columns that distinguish kinds of runs, () for one kind; by
             default scenario, planner, and setting if a run has one.
         metrics: The columns to describe; by default all numeric metrics.
-        rates: The metrics that are 0 or 1.
+        rates: The metrics that are 0 or 1, also of one of several robots.
         confidence: The confidence of the intervals.
         seed: The seed of the bootstrap.
         bounded: Whether intervals are limited to the possible values of a
@@ -104,7 +104,7 @@ def summarize(
     _check_confidence(confidence)
     names = _metric_columns(runs, by, metrics)
     known_rates = _listed(rates)
-    found = [name for name in names if base_name(name) in known_rates]
+    found = [name for name in names if {name, base_name(name)} & {*known_rates}]
     for name in found:
         _check_rate(name, runs)
     known = RATES[0] if RATES[0] in runs else None

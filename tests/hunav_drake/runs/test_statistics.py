@@ -366,6 +366,8 @@ def test_rates_of_one_of_several_robots_are_rates_too():
     of_all, of_one = table.loc["completed"], table.loc["west.completed"]
     assert (of_one["low"], of_one["high"]) == wilson_interval(7.0, 8)
     assert of_all.equals(of_one)
+    own = summarize(runs, metrics="west.completed", rates="west.completed")
+    assert own.loc[("passing", "fast", "west.completed")].equals(of_one)
     paired = compare(runs, "fast", "slow").loc["passing"]
     pair = ["n", "difference", "low", "high"]
     assert paired.loc["completed", pair].equals(
