@@ -52,7 +52,9 @@ def headline_table(
         metrics = headline_of(runs)
     keys = ["scenario", "contender"]
     counts = runs.groupby(keys, sort=False).size()
-    statistics = summarize(runs, keys, metrics=metrics, bounded=True)
+    statistics = pd.DataFrame()
+    if metrics:
+        statistics = summarize(runs, keys, metrics=metrics, bounded=True)
     groups: dict[str, list[list[Cell]]] = {}
     for (scenario, contender), count in counts.items():
         row: list[Cell] = [contender or _ALL, str(count)]
@@ -99,7 +101,8 @@ def responsibility_table(
         cell: Cell = number(math.nan)
         if own.notna().any():
             i = own.idxmin()
-            text = f"{number(own[i], 'm')} m, seed {runs.at[i, 'seed']}"
+            text, seed = f"{number(own[i], 'm')} m", runs.at[i, "seed"]
+            text += f", seed {seed}" if seed != "" else ""
             page = links.get(i, {}).get("replay")
             cell = {text: page} if page else text
         worst[scenario or _TRIALS, contender or _ALL] = cell

@@ -2,9 +2,11 @@ import dataclasses
 import re
 import shutil
 
+import pandas as pd
 import pytest
 
 from hunav_drake.commands import cli
+from hunav_drake.report.runs_tables import responsibility_table
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.runs.comparison.relations import judge
@@ -141,6 +143,24 @@ def test_failures_come_first(result, tmp_path):
     assert "Failures 1 run failed: crossing, pursuit, seed 0: it broke" in text
     assert "it broke <b>" in text
     assert "<b>" not in html
+
+
+@pytest.mark.parametrize(
+    ("seed", "told"), [(3, "0.100 m, seed 3"), ("", "0.100 m")]
+)
+def test_encounters_of_which_nobody_is_charged(seed, told):
+    """Of older runs, and of recordings, which have no seeds."""
+    runs = pd.DataFrame(
+        {
+            "scenario": "crossing",
+            "contender": "dwb",
+            "seed": [seed, seed],
+            "min_gap_exact": [0.2, 0.1],
+        }
+    )
+    table = responsibility_table(runs, {})
+    assert table.head == ["planner", "runs", "worst encounter: gap"]
+    assert table.groups == {"crossing": [["dwb", "2", told]]}
 
 
 @pytest.mark.slow
