@@ -136,16 +136,29 @@ def _run(task: Task, seed: int, repetition: int) -> RunRow:
 def _compared(
     result: "TrialResult", scenario: Any, seed: int, diagram: Any
 ) -> "TrialResult":
-    """Returns a result that also has the relative metrics."""
-    from hunav_drake.trial.branches.relative import CompareAlone, with_relative
+    """Returns a result that also has the relative metrics.
+
+    They are NaN if a planner fails alone, or after the end of the trial: it has
+    not failed in the trial.
+    """
+    from hunav_drake.systems.planning.planner_error import PlannerError
+    from hunav_drake.trial.branches.relative import (
+        PAIRED_METRICS,
+        CompareAlone,
+        Relative,
+        with_relative,
+    )
     from hunav_drake.trial.seeds import SetTrialSeed
 
     simulation = replace(scenario.simulation, seed=seed)
     scenario = replace(scenario, simulation=simulation)
     context = diagram.CreateDefaultContext()
     SetTrialSeed(diagram, context, seed)
-    found = CompareAlone(scenario, diagram, context)
-    return with_relative(result, replace(found, costs={}))
+    try:
+        values = CompareAlone(scenario, diagram, context).values
+    except PlannerError:
+        values = dict.fromkeys(PAIRED_METRICS, math.nan)
+    return with_relative(result, Relative(values=values, costs={}))
 
 
 def extra_values(recording: Recording) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """Suites whose runs are compared with those without people, or robot."""
 
+from dataclasses import dataclass
 import math
 import re
 
@@ -9,6 +10,13 @@ from hunav_drake import CompareAlone, LoadScenario, MakeTrialDiagram
 from hunav_drake.report.suite_files import WriteSuite
 from hunav_drake.runs import LoadSuite, RunSuite
 from hunav_drake.scenario import ScenarioError
+from hunav_drake.systems.common.layout import X
+from hunav_drake.systems.planning import (
+    Plan,
+    Planner,
+    PlannerStatus,
+    register_planner,
+)
 from hunav_drake.trial.branches.relative import PAIRED_METRICS
 from hunav_drake.views.suite_replays import WriteReplays
 from tests.hunav_drake.report.pages import visible
@@ -90,6 +98,42 @@ def test_the_page_tells_of_delays_and_of_the_worst_encounter(result, folder):
     assert (folder / link.group(1)).is_file()
     text = visible(html)
     assert f"{runs['aggregated_time'].mean():.2f}" in text
+
+
+@register_planner("sociable")
+@dataclass(kw_only=True)
+class Sociable(Planner):
+    """Drives straight on; fails alone, or beyond its goal."""
+
+    beyond: float = 100.0
+
+    def plan(self, task, view, memory):
+        if view.robot[X] > self.beyond or (view.humans[:, X] > 1e5).all():
+            raise ValueError("what now?")
+        return Plan(0.5, 0.0, PlannerStatus.DRIVING)
+
+
+@pytest.mark.parametrize("beyond", [100.0, 2.5])
+def test_a_planner_that_fails_only_in_the_comparison_has_not_failed(
+    beyond, tmp_path
+):
+    (tmp_path / "mine.yaml").write_text(
+        "robot: {start: [0, 0, 0], goal: [2, 0, 0]}\n"
+        "humans: [{pose: [0, 3, 0], goals: [[5, 3]]}]\n"
+        "simulation: {duration: 6}"
+    )
+    data = f"""
+scenarios: [mine.yaml]
+planners: [{{type: sociable, beyond: {beyond}}}]
+seeds: 1
+"""
+    alone, relative = (
+        RunSuite(LoadSuite(data=data + it), workers=1, folder=tmp_path).runs()
+        for it in ("", "relative: true")
+    )
+    assert relative["end_reason"].tolist() == ["goal"]
+    assert relative[list(PAIRED_METRICS)].isna().all(axis=None)
+    assert relative[list(alone)].equals(alone)
 
 
 @pytest.mark.parametrize(
