@@ -338,6 +338,28 @@ def test_reactions_of_hunavsim_2_have_a_limit(ports, spans):
         assert len(inside) * DT == pytest.approx(b - a, abs=0.1)
 
 
+@pytest.mark.parametrize("condition", ["_skipIf", "_failureIf"])
+def test_a_reaction_that_is_not_used_uses_no_time(condition):
+    """It is left out for 2 s; then it lasts 1 s, and the walk goes on."""
+    nodes = (
+        "<Inverter><SetBlackboard output_key='wait' value='1'/></Inverter>"
+        "<ForceFailure><Sequence><TimeOfTrial from='2'/><SetBlackboard"
+        " output_key='wait' value='0'/></Sequence></ForceFailure>"
+        f"<SurprisedNav beh_duration='1' {condition}='wait == 1'/>"
+    )
+    stage = Stage(
+        [someone(0, 0, goals=[(50, 0)], nodes=nodes)],
+        robot=robot_at(0, 3, 0, 0),
+    )
+    stands, walks = [], []
+    for t in stage.run(5.0):
+        statuses = stage.statuses(0)
+        stands += [t] if statuses["SurprisedNav"] == S else []
+        walks += [t] if statuses["RegularNav"] == S else []
+    assert (stands[0], stands[-1]) == pytest.approx((2, 3), abs=1.5 * DT)
+    assert len(stands) + len(walks) == round(5.0 / DT)
+
+
 def test_22_a_person_keeps_away_from_a_robot():
     node = "<AvoidRobot/>"
     stage = Stage(

@@ -281,13 +281,20 @@ def _limited(element: XmlElement) -> XmlElement:
     attributes = dict(element.attributes)
     seconds = attributes.pop(_LIMIT, None)
     once = attributes.pop("only_once", "false")
-    reaction = replace(element, attributes=attributes)
     if seconds is None:
-        return reaction
+        return replace(element, attributes=attributes)
+    # Its pre- and post-conditions are of the whole: who skips it, does not use
+    # up its time.
+    around = {
+        name: attributes.pop(name)
+        for name in element.attributes
+        if name.startswith("_") and name not in NOTES
+    }
+    reaction = replace(element, attributes=attributes)
     timer = {"seconds": seconds, "only_once": once}
     expired = XmlElement("HasRunFor", timer, element.place)
     going = XmlElement("Inverter", {}, element.place, [expired])
-    return XmlElement("Sequence", {}, element.place, [going, reaction])
+    return XmlElement("Sequence", around, element.place, [going, reaction])
 
 
 def _check_children(draft: Draft) -> None:
