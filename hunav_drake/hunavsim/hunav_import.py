@@ -38,6 +38,11 @@ from hunav_drake.scenario.error import (
 )
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.yaml_document import YamlDocument
+from hunav_drake.systems.behavior.language.documents import (
+    load_documents,
+    read_file,
+)
+from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -268,8 +273,11 @@ class HunavImport:
             self._leave_out(
                 (*loc, "behavior"), f"is its tree in {tree.parent.name}"
             )
-            if b"<SetGoal" in tree.read_bytes():
+            if _sets_goals(tree) and human.get("goals"):
                 human["goals"] = []
+                self._leave_out(
+                    (*loc, "goals"), "are left out: its tree sets its goals"
+                )
 
     def _add_behavior(
         self, agent: dict[str, Any], human: dict[str, Any], loc: Loc, here: Loc
@@ -452,3 +460,17 @@ def _beside(folder: Path, other: str, name: str) -> Path | None:
         if (file := folder / place / name).is_file():
             return file.resolve()
     return None
+
+
+def _sets_goals(tree: Path) -> bool:
+    """Returns whether the trees of a file set goals, those it includes too."""
+    try:
+        documents = load_documents(read_file(tree), str(tree), tree.parent)
+    except BehaviorTreeError:
+        # The fault is reported when the scenario is loaded.
+        return False
+    return any(
+        "SetGoal" in (node.tag, node.attributes.get("ID"))
+        for it in documents.trees.values()
+        for node in it.element.all()
+    )

@@ -534,3 +534,22 @@ def test_faults_of_the_files_of_hunavsim_2(old, new, line, words, tmp_path):
     with pytest.raises(ScenarioError, match=words) as caught:
         ImportAgents(file)
     assert line in [it.line for it in caught.value.faults]
+
+
+@pytest.mark.parametrize(
+    ("node", "sets"),
+    [
+        ('<SetGoal agent_id="{id}" goal_id="2"/>', True),
+        ('<Action ID="SetGoal" agent_id="{id}" goal_id="2"/>', True),
+        ('<AlwaysSuccess/><!-- <SetGoal goal_id="2"/> -->', False),
+    ],
+)
+def test_listed_goals_are_left_out_if_the_tree_sets_goals(node, sets, tmp_path):
+    file = tmp_path / "people.yaml"
+    file.write_text(SECOND)
+    xml = TREE.replace('<SetGoal agent_id="{id}" goal_id="2"/>', node)
+    (tmp_path / "hall_agents__agent_2_bt.xml").write_text(xml)
+    told = []
+    luis = ImportAgents(file, left_out=told).humans[1]
+    assert luis.goals == ([] if sets else [(2.0, 0.0)])
+    assert ("luis.goals" in [it.path for it in told]) == sets
