@@ -457,7 +457,7 @@ class HunavImport:
 def _beside(folder: Path, other: str, name: str) -> Path | None:
     """Returns a file in a folder, or in another one in it or beside it."""
     for place in (".", other, f"../{other}"):
-        if (file := folder / place / name).is_file():
+        if os.path.isfile(file := folder / place / name):
             return file.resolve()
     return None
 

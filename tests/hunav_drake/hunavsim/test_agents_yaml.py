@@ -553,3 +553,10 @@ def test_listed_goals_are_left_out_if_the_tree_sets_goals(node, sets, tmp_path):
     luis = ImportAgents(file, left_out=told).humans[1]
     assert luis.goals == ([] if sets else [(2.0, 0.0)])
     assert ("luis.goals" in [it.path for it in told]) == sets
+
+
+@pytest.mark.parametrize("key", ["yaml_base_name: hall_agents", "map: hall"])
+def test_names_that_are_too_long_for_files_are_of_none(key, tmp_path):
+    file = tmp_path / "people.yaml"
+    file.write_text(SECOND.replace(key, key + 300 * "l"))
+    assert len(ImportAgents(file).humans) == 2
