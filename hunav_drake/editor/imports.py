@@ -62,7 +62,8 @@ def imported(
     if kind == "metrics":
         return Imported(_with_evaluator(data, source.data), notes)
     if mode == "add":
-        return Imported(_with_more(data, source.data), notes)
+        result = _with_more(data, source.data)
+        return Imported(_with_places(result, source.data["places"]), notes)
     people = {"humans": source.data["humans"]}
     if places := source.data["places"]:
         people["places"] = places
@@ -119,6 +120,19 @@ def _with_more(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
         if not same(world, old or {}):
             result["world"] = world
     return result
+
+
+def _with_places(
+    data: dict[str, Any], more: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Returns a scenario with places added, except those that it has.
+
+    Trees know them by their numbers, so none gets another one; two different
+    places of the same number are reported as a fault of the scenario.
+    """
+    old = _list(data.get("places"))
+    added = [it for it in more if not any(same(it, have) for have in old)]
+    return {**data, "places": [*old, *added]} if added else data
 
 
 def _of(value: Any, key: str) -> Any:

@@ -75,6 +75,19 @@ def test_agents_are_added_under_free_names(view):
     assert "# The second." in view.text
 
 
+def test_agents_are_added_with_their_places(view):
+    goals = "    global_goals: {3: {x: 1.0, y: 2.0}, 4: {x: 0.0, y: 2.0}}\n"
+    text = AGENTS.replace("    agents:", f"{goals}    agents:", 1)
+    mine = {"name": "goal_3", "id": 3, "pose": [1.0, 2.0, 0.0]}
+    view.edit(["set", ["places"], [mine]])
+    view.ask("import", kind="agents", mode="add", name="agents.yaml", text=text)
+    assert view.data["places"] == [
+        mine,
+        {"name": "goal_4", "id": 4, "pose": [0.0, 2.0, 0.0]},
+    ]
+    assert view.faults == []
+
+
 def test_faults_have_their_own_lines(view):
     wrong = AGENTS.replace("behavior: 5", "behavior: 9").replace(
         "y: -3.0, ", ""
