@@ -87,3 +87,19 @@ def test_a_fault_of_a_place_is_shown_at_it(open_editor):
     editor = open_editor(PLACES.replace("pose: [0, 2, 0]", "pose: [0, 4, 0]"))
     part = editor.part("places/0")
     editor.wait(lambda _: "faulty" in part.get_attribute("class"))
+
+
+def test_a_place_has_a_number_of_its_own(open_editor):
+    text = PLACES.replace("name: till,", "name: till, id: 3,")
+    editor = open_editor(text)
+    editor.tool("place")
+    editor.click(-1, 1)
+    editor.wait(lambda it: len(it.data["places"]) == 3)
+    editor.settle()
+    assert editor.session.data["places"][2]["id"] == 4
+    editor.click(0, 2)
+    editor.settle()
+    editor.focus_map()
+    editor.press("Control+d")
+    editor.wait(lambda it: len(it.data["places"]) == 4)
+    assert editor.session.data["places"][3]["id"] == 5

@@ -50,15 +50,16 @@ export function freeName(name, taken) {
   return `${stem}_${n}`;
 }
 
-/** Returns a copy of a part of a list, with a unique name and id. */
-function ownCopy(value, list) {
+/** Returns a copy of a part of a list, with a unique name and id; parts without an id have their order. */
+export function ownCopy(value, list) {
   const copy = structuredClone(value);
   if (!copy || typeof copy !== "object" || Array.isArray(copy)) return copy;
   if (copy.name) copy.name = freeName(copy.name, new Set(list.map((it) => it?.name)));
-  if (Number.isInteger(copy.id)) {
-    const ids = new Set(list.map((it) => it?.id));
-    while (ids.has(copy.id)) copy.id += 1;
-  }
+  const usual = list.length + 1;
+  const ids = new Set(list.map((it, i) => it?.id ?? i + 1));
+  let id = Number.isInteger(copy.id) ? copy.id : usual;
+  while (ids.has(id)) id += 1;
+  if (Number.isInteger(copy.id) || id !== usual) copy.id = id;
   return copy;
 }
 

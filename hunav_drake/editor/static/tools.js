@@ -1,7 +1,7 @@
 import { svg } from "./dom.js";
 import { keyOf, round, valueAt } from "./data.js";
 import { PLACES, goalOf, goalsOf, isPerson, isPoint, isRobotPlace, nameOf, peopleOf, personPath, placesOf, robotsOf, startOf } from "./things.js";
-import { freeName, segmentAt } from "./changes.js";
+import { freeName, ownCopy, segmentAt } from "./changes.js";
 import { worldTools } from "./worldtools.js";
 import { scaleTool } from "./scaletool.js";
 
@@ -154,9 +154,9 @@ function placeTool(store, map) {
     hint: "Press at the place that people go to, and pull in the direction that they face there.",
     down(at) {
       const places = placesOf(store.data);
-      const name = freeName(`place_${places.length + 1}`, new Set(places.map((it) => it.name)));
+      const place = ownCopy({ name: `place_${places.length + 1}` }, places);
       const path = [PLACES, places.length];
-      const opsFor = (pose) => [`Add ${name}`, [["insert", path, { name, pose }]]];
+      const opsFor = (pose) => [`Add ${place.name}`, [["insert", path, { ...place, pose }]]];
       return pulled(store, map, at, opsFor, () => {
         store.select([path]);
         store.tools.choose("select");
