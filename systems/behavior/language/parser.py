@@ -100,7 +100,7 @@ class _Parser:
         if element.tag in SUBTREE_TAGS:
             return self.subtree(element, scope, form, depth)
         node_type = self.node_type(element)
-        if node_type.name in _REACTIONS and _LIMITS & {*element.attributes}:
+        if _is_limited(element, node_type):
             return self.draft(_limited(element), scope, form, depth)
         name = element.attributes.get("name", node_type.name)
         draft = Draft(node_type, Spot(element.place, name), scope)
@@ -272,8 +272,22 @@ def node_name(element: XmlElement) -> str:
                 f"<{element.tag}> must have the attribute ID"
             )
     name = ALIASES.get(name, name)
-    others = (NODES_BY_PORT.get((name, it)) for it in element.attributes)
+    node_type = NODE_TYPES.get(name)
+    # (A user's own node may have such a port.)
+    own = node_type.ports if node_type else ()
+    given = (it for it in element.attributes if it not in own)
+    others = (NODES_BY_PORT.get((name, it)) for it in given)
     return next(filter(None, others), name)
+
+
+def _is_limited(element: XmlElement, node_type: NodeType) -> bool:
+    """Returns whether an element is a reaction with HuNavSim 2's time limit."""
+    return (
+        node_type.name in _REACTIONS
+        and not _LIMITS.isdisjoint(element.attributes)
+        # (A user's own node may have such a port.)
+        and _LIMITS.isdisjoint(node_type.ports)
+    )
 
 
 def _limited(element: XmlElement) -> XmlElement:

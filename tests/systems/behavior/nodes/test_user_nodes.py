@@ -321,6 +321,25 @@ def test_leaf_of_another_module_is_replaced_only_on_request():
     assert tick_near(tree_of("<Maybe/>")).node_status is NodeStatus.FAILURE
 
 
+@pytest.mark.parametrize(
+    "xml", ['<BlockRobot duration="2"/>', '<SurprisedNav beh_duration="2"/>']
+)
+def test_own_nodes_have_the_ports_that_hunavsim_2_has(xml):
+    @register_action("BlockRobot", replace=True)
+    def block(context, *, duration: float):
+        return NodeStatus.SUCCESS if duration == 2 else NodeStatus.FAILURE
+
+    @register_action("SurprisedNav", replace=True)
+    def be_surprised(context, *, beh_duration: float):
+        return NodeStatus.SUCCESS if beh_duration == 2 else NodeStatus.FAILURE
+
+    tree = tree_of(xml)
+    (leaf,) = (it for it in tree.nodes if not it.children)
+    assert f"<{leaf.name} " in xml
+    assert tick_near(tree).node_status is NodeStatus.SUCCESS
+    assert xml in WriteTree(tree)
+
+
 def test_functions_that_one_function_makes_do_not_replace_each_other():
     def make(result):
         def maybe(context):
