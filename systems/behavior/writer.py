@@ -9,8 +9,10 @@ from hunav_drake.systems.behavior.language.blackboard import reference
 from hunav_drake.systems.behavior.language.documents import Documents
 from hunav_drake.systems.behavior.language.parser import (
     AUTOREMAP,
+    LIMITS,
     SHARED,
     flag,
+    is_limited,
     node_name,
     subtree_ports,
 )
@@ -196,7 +198,8 @@ def _model(documents: Documents) -> XmlElement:
                 continue
             node_type = NODE_TYPES.get(node_name(node))
             if node_type is not None and node_type.source:
-                ignored = node_type.ignored & node.attributes.keys()
+                more = LIMITS if is_limited(node, node_type) else set()
+                ignored = (node_type.ignored | more) & node.attributes.keys()
                 used.setdefault(node_type.name, set()).update(ignored)
     subtrees = {
         subtree.attributes["ID"]: _element(
@@ -223,7 +226,7 @@ def tree_nodes_model(node_types: Iterable[NodeType]) -> str:
 
 
 def _leaves(used: Mapping[str, Iterable[str]]) -> list[XmlElement]:
-    """Returns the models of leaves, with the attributes that each ignores."""
+    """Returns the models of leaves, with used attributes that are no ports."""
     types = [NODE_TYPES[name] for name in used]
     types.sort(key=lambda it: (it.category, it.name))
     return [

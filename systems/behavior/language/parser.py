@@ -73,7 +73,7 @@ _OWNERS = ("agent_id", "main_agent_id")
 # The reactions that HuNavSim 2 gives a time limit, and its attributes.
 _REACTIONS = ("SurprisedNav", "ScaredNav", "CuriousNav", "ThreateningNav")
 _LIMIT = "beh_duration"
-_LIMITS = {_LIMIT, "only_once"}
+LIMITS = {_LIMIT, "only_once"}
 
 
 class _Parser:
@@ -100,7 +100,7 @@ class _Parser:
         if element.tag in SUBTREE_TAGS:
             return self.subtree(element, scope, form, depth)
         node_type = self.node_type(element)
-        if _is_limited(element, node_type):
+        if is_limited(element, node_type):
             return self.draft(_limited(element), scope, form, depth)
         name = element.attributes.get("name", node_type.name)
         draft = Draft(node_type, Spot(element.place, name), scope)
@@ -280,13 +280,13 @@ def node_name(element: XmlElement) -> str:
     return next(filter(None, others), name)
 
 
-def _is_limited(element: XmlElement, node_type: NodeType) -> bool:
+def is_limited(element: XmlElement, node_type: NodeType) -> bool:
     """Returns whether an element is a reaction with HuNavSim 2's time limit."""
     return (
         node_type.name in _REACTIONS
-        and not _LIMITS.isdisjoint(element.attributes)
+        and not LIMITS.isdisjoint(element.attributes)
         # (A user's own node may have such a port.)
-        and _LIMITS.isdisjoint(node_type.ports)
+        and LIMITS.isdisjoint(node_type.ports)
     )
 
 

@@ -236,3 +236,14 @@ def test_tree_that_nothing_uses_is_written_too():
     )
     assert '<Unknown x="1"/>' in text
     assert text.index('ID="A"') < text.index('ID="B"')
+
+
+def test_the_limit_of_a_reaction_is_declared_too():
+    tree = ParseTree(
+        '<root><BehaviorTree><SurprisedNav beh_duration="2" only_once="true"/>'
+        "</BehaviorTree></root>"
+    )
+    root = ET.fromstring(WriteTree(tree))
+    model = root.find("TreeNodesModel/Action[@ID='SurprisedNav']")
+    names = {port.get("name") for port in model}
+    assert names >= {"beh_duration", "only_once", "turn_rate"}
