@@ -25,6 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tests.memory import peak_memory
+
 _MODULE = "tests.reliability.mutated_inputs"
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -108,7 +110,7 @@ def _be_child(kind: str, folder: str, seeds: Iterable[int]) -> None:
             steps = KINDS[kind](rng, place)
             state, told = verdict(steps, str(place))
         took = time.process_time() - started
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        peak = peak_memory()
         if took > _TIME:
             state, told = "unclean", f"{took:.0f} s: {told}"
         elif peak > _MEMORY:

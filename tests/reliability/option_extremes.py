@@ -18,6 +18,7 @@ import warnings
 
 from hunav_drake import LoadScenario, RunTrial, ScenarioError
 from hunav_drake.scenario.json_schema import scenario_json_schema
+from tests.memory import reset_peak_memory
 
 # What a trial of half a second may take: seconds of computing, and bytes.
 LIMIT = 20
@@ -196,7 +197,7 @@ def outcome(case: Case) -> str:
         went wrong.
     """
     reading, writing = os.pipe()
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    before = reset_peak_memory()
     child = os.fork()
     if child == 0:
         os.close(reading)
