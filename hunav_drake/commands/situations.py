@@ -21,6 +21,13 @@ def add_situations_options(situations: argparse.ArgumentParser) -> None:
     situations.set_defaults(function=_situations)
     situations.add_argument("file", type=Path, help="the recording")
     situations.add_argument(
+        "--door",
+        action="append",
+        metavar="X,Y",
+        help="the middle of a door, in meters, as --door=-2,0 (repeatable);"
+        " by default those that the recording knows",
+    )
+    situations.add_argument(
         "--csv", action="store_true", help="print the episodes as CSV"
     )
 
@@ -31,8 +38,11 @@ def _situations(options: argparse.Namespace) -> int:
 
     with input_errors(ValueError):
         recording = ReadRecording(options.file)
-    names = [it.robot_name for it in recording.robots]
-    found = {it: FindSituations(recording, robot=it) for it in names}
+        doors = options.door and [it.split(",") for it in options.door]
+        names = [it.robot_name for it in recording.robots]
+        found = {
+            it: FindSituations(recording, robot=it, doors=doors) for it in names
+        }
     episodes = _joined({name: it.episodes() for name, it in found.items()})
     if options.csv:
         print(episodes.to_csv(index=False, float_format="%.9g"), end="")

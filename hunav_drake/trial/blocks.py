@@ -29,6 +29,7 @@ from hunav_drake.systems.common.ports import CheckPorts
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
+from hunav_drake.systems.people.furniture_places import doors_of
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.planning import PlanningTask
@@ -309,6 +310,7 @@ def AddEvaluator(
             goal_yaw_tolerance=robot.goal_yaw_tolerance,
             robot_max_speed=robot.limits.max_speed,
             obstacles=obstacles,
+            doors=doors_of(scenario.places, scenario.world) or None,
             feels_forces=feels_forces,
         ),
     )

@@ -56,6 +56,7 @@ class RecordedArrays:
     told_velocities: Array | None = None
     replay: Array | None = None
     social_signals: Array | None = None
+    doors: Array | None = None
     robot_name: str = ""
     end_time: float | None = None
     others: tuple[Any, ...] = ()
@@ -86,6 +87,7 @@ class RecordedArrays:
             "wall_contact": (samples, CONTACT_SIZE),
             "replay": (samples, n, REPLAY_SIZE),
             "social_signals": (samples, n, SIGNAL_SIZE),
+            "doors": (None, 2),
         }
         for name, shape in optional.items():
             if getattr(self, name) is not None:

@@ -98,6 +98,8 @@ class Recording(RecordedArrays):
         social_signals: Shape (N + 1, n, 22), the rows of `layout.Signal`: what
             people have shown in the step before; None if nobody's behavior
             tree has social leaves.
+        doors: Shape (k, 2), the centers of doors, in meters; None if none is
+            known, as in external recordings.
         robot_name: The name of one of several robots; empty for a single one.
         end_time: When one of several robots ended, in seconds; None if it did
             not.

@@ -49,6 +49,7 @@ _OPTIONAL = {
     "told_velocities": (_NUMBER, 3),
     "replay": (_NUMBER, 3),
     "social_signals": (_NUMBER, 3),
+    "doors": (_NUMBER, 2),
     "robot_name": (_TEXT, 0),
     "end_time": (_NUMBER, 0),
 }

@@ -139,7 +139,7 @@ class Situations:
 
 
 def FindSituations(
-    recording: Recording, *, robot: str = "", doors: ArrayLike = ()
+    recording: Recording, *, robot: str = "", doors: ArrayLike | None = None
 ) -> Situations:
     """Finds the social situations of a robot.
 
@@ -148,12 +148,15 @@ def FindSituations(
             has `social_signals`, these tell who talks, queues, blocks and
             accompanies; otherwise, talks are found by geometry.
         robot: The name of the robot, if there are several.
-        doors: The centers of doors, shape (k, 2), in W, in meters.
+        doors: The centers of doors, shape (k, 2), in W, in meters; by default
+            those of the recording, if it knows any.
 
     Raises:
         ValueError: If there is no such robot, or the doors have another shape.
     """
     code, part = robot_of(recording, robot)
+    if doors is None:
+        doors = () if part.doors is None else part.doors
     try:
         centers = np.asarray(doors, dtype=float)
     except ValueError as error:

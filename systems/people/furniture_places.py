@@ -59,6 +59,20 @@ def with_furniture(places: Sequence[Place], world: World) -> list[Place]:
     return [*listed, *(dataclasses.replace(it, id=next(free)) for it in found)]
 
 
+def doors_of(
+    places: Sequence[Place], world: World
+) -> list[tuple[float, float]]:
+    """Returns the centers of doors among places and furniture, in meters."""
+    centers = [(it.pose[0], it.pose[1]) for it in places if it.type == "door"]
+    for it in world.furniture:
+        x, y = it.center
+        # (A place may be the door of a frame.)
+        away = (math.dist((x, y), center) for center in centers)
+        if name_of(it) == "door_frame" and min(away, default=_ROOM) >= _ROOM:
+            centers.append((x, y))
+    return centers
+
+
 def _places_of(world: World) -> list[Place]:
     counts: dict[str, int] = {}
     used, defaults = [], []

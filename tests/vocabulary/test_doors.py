@@ -1,12 +1,16 @@
 """Giving way at doors: the tests of the specification, by number."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 
+from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.systems.behavior import BehaviorTreeError, NodeStatus
 from hunav_drake.systems.common.layout import Activity, Gesture, Signal
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.evaluation.situations import FindSituations
 from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.world.shapes import Polyline, World
 from tests.vocabulary.stage import DT, Stage, robot_at, someone
@@ -123,3 +127,30 @@ def test_only_doors_are_given_way_at():
     till = Place(name="door", type="counter", pose=(0, 0, 0))
     with pytest.raises(BehaviorTreeError, match="'door' is a counter"):
         Stage([someone(-4, 0, 0, WAY)], places=[till])
+
+
+def test_a_trial_records_where_its_doors_are(tmp_path):
+    frame = {"type": "door_frame", "yaw": 0.3}
+    data = {
+        "places": [
+            {"type": "door", "pose": [2, 0, 0]},
+            {"type": "point", "pose": [4, 0, 0]},
+        ],
+        # The first one is the frame of the place.
+        "world": {
+            "furniture": [
+                frame | {"center": [2.1, 0.1]},
+                frame | {"center": [9, 9]},
+            ]
+        },
+        "humans": [{"pose": [1.5, 1.0, 0]}],
+        "robot": {"start": [1, 0, 0], "goal": [1, 0, 0]},
+        "planner": {"type": "stand"},
+        "simulation": {"duration": 2.0},
+    }
+    scenario = LoadScenario(data=json.dumps(data))
+    recording = RunTrial(scenario).recording
+    assert recording.doors.tolist() == [[2, 0], [9, 9]]
+    recording.save(tmp_path / "recording.npz")
+    read = Recording.load(tmp_path / "recording.npz")
+    assert FindSituations(read).flags["at_door"].all()

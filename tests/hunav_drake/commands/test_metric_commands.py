@@ -275,6 +275,21 @@ def test_situations_of_several_robots(hunav, recording):
     )
 
 
+def test_situations_at_doors(hunav, recording):
+    first = Recording.load(recording)
+    x, y = first.robot[0, :2]
+    assert "at_door" not in hunav("situations", recording)[1]
+    words = ["--door=-90,2", f"--door={x},{y + 1}"]
+    assert "at_door" in hunav("situations", recording, *words)[1]
+    dataclasses.replace(first, doors=[[x, y + 1]]).save(recording)
+    assert "at_door" in hunav("situations", recording)[1]
+    for text, fault in (("2", "the shape (k, 2)"), ("2,b", "be numbers")):
+        code, out, err = hunav("situations", recording, f"--door={text}")
+        assert (code, out) == (2, "")
+        assert fault in err
+        assert err.count("\n") == 1
+
+
 @pytest.mark.parametrize("text", ["", "time,agent,x,y\n0,human,0,0\n"])
 def test_situations_of_what_is_no_recording(hunav, tmp_path, text):
     path = tmp_path / "bad.csv"

@@ -38,6 +38,7 @@ def full_recording() -> Recording:
             [[[0, 0], [1, 0], [1, 1]], [[5, 5]]], solid=[True, False]
         ),
         nearest_walls=np.full((3, 3, 1, 2), 0.5),
+        doors=[[1.5, -2.0]],
     )
 
 

@@ -466,6 +466,9 @@ def test_doors():
     assert FindSituations(two(1.9), doors=door).flags["at_door"].all()
     assert not FindSituations(two(2.1), doors=door).flags["at_door"].any()
     assert not FindSituations(two(1.9)).flags["at_door"].any()
+    known = dataclasses.replace(two(1.9), doors=door)
+    assert FindSituations(known).flags["at_door"].all()
+    assert not FindSituations(known, doors=()).flags["at_door"].any()
     with pytest.raises(
         ValueError, match=r"doors: must have the shape \(k, 2\)"
     ):
