@@ -1,12 +1,17 @@
 """Converts HuNavSim's files to the plain data of a scenario."""
 
 from collections.abc import Mapping, Sequence
+import contextlib
 import dataclasses as dc
 import os
 from pathlib import Path
 import sys
 from types import MappingProxyType
 from typing import Any
+from xml.etree.ElementTree import ParseError
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import parse
 
 from hunav_drake.hunavsim.agents_keys import (
     AGENT_KEYS,
@@ -38,11 +43,6 @@ from hunav_drake.scenario.error import (
 )
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
 from hunav_drake.scenario.yaml_document import YamlDocument
-from hunav_drake.systems.behavior.language.documents import (
-    load_documents,
-    read_file,
-)
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError
 from hunav_drake.systems.common.files import as_file_name
 from hunav_drake.systems.common.suggest import nearest
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -463,14 +463,24 @@ def _beside(folder: Path, other: str, name: str) -> Path | None:
 
 
 def _sets_goals(tree: Path) -> bool:
-    """Returns whether the trees of a file set goals, those it includes too."""
-    try:
-        documents = load_documents(read_file(tree), str(tree), tree.parent)
-    except BehaviorTreeError:
-        # The fault is reported when the scenario is loaded.
-        return False
-    return any(
-        "SetGoal" in (node.tag, node.attributes.get("ID"))
-        for it in documents.trees.values()
-        for node in it.element.all()
-    )
+    """Returns whether the trees of a file set goals, those it includes too.
+
+    What cannot be read is reported when the scenario is loaded.
+    """
+    left, seen = [tree], set()
+    while left:
+        file = left.pop()
+        if file in seen:
+            continue
+        seen.add(file)
+        with contextlib.suppress(OSError, ParseError, DefusedXmlException):
+            root = parse(file).getroot()
+            left += [
+                (file.parent / it.get("path", "")).resolve()
+                for it in root.iter("include")
+            ]
+            for behavior in root.iter("BehaviorTree"):
+                for node in behavior.iter():
+                    if "SetGoal" in (node.tag, node.get("ID")):
+                        return True
+    return False

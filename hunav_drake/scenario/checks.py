@@ -444,8 +444,14 @@ def _name_check(
             return []
         numbers, places = found
         is_listed = whole[0] == "humans"
-        needs = scenario.humans[int(whole[1])].needs if is_listed else ()
-        own = numbers[whole[:-1] if is_listed else whole[:3]]
+        who = whole[:-1] if is_listed else whole[:3]
+        everybody: dict[Any, Sequence[Any]] = {
+            "humans": scenario.humans,
+            "cohorts": scenario.population.cohorts,
+            "sources": scenario.population.sources,
+        }
+        needs = everybody[who[-2]][int(who[-1])].needs
+        own = numbers[who]
         ids = {*itertools.chain.from_iterable(numbers.values())}
         try:
             check_named(tree, own, ids, places, needs)

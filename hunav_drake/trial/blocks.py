@@ -29,7 +29,7 @@ from hunav_drake.systems.common.ports import CheckPorts
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
-from hunav_drake.systems.people.furniture_places import doors_of
+from hunav_drake.systems.people.figure_config import Figures, figure_rows
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.planning import PlanningTask
@@ -310,7 +310,6 @@ def AddEvaluator(
             goal_yaw_tolerance=robot.goal_yaw_tolerance,
             robot_max_speed=robot.limits.max_speed,
             obstacles=obstacles,
-            doors=doors_of(scenario.places, scenario.world) or None,
             feels_forces=feels_forces,
         ),
     )
@@ -510,6 +509,10 @@ def _sensing_task(
         # (By name, so that the order of robots does not matter.)
         number=number + 1000 * zlib.crc32(part.name.encode()),
         rendering=rendering,
+        figures=Figures(
+            figure_rows([it.figure for it in part.scenario.humans]),
+            lively=given.get("social_signals") is not None,
+        ),
     )
 
 

@@ -23,6 +23,7 @@ from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
+from hunav_drake.systems.people.furniture_places import doors_of
 from hunav_drake.systems.planning.planner_error import PlannerError
 from hunav_drake.trial.diagram import CheckTrialDiagram, MakeTrialDiagram
 from hunav_drake.trial.end import explain_end
@@ -370,6 +371,7 @@ def _result(
         dataclasses.replace(
             _recording_of(part, diagram, context).since(since),
             hunavsim_forces=config.forces == "hunavsim",
+            doors=doors_of(scenario.places, scenario.world) or None,
             robot_name=part.name,
             end_time=end.time,
         )

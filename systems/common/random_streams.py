@@ -43,6 +43,8 @@ class Purpose(IntEnum):
     FALSE_VELOCITY = 27
     DECISION = 28
     SEARCH = 29
+    POPULATION_FIGURE = 30
+    POPULATION_NEEDS = 31
 
 
 def check_seed(seed: int) -> int:

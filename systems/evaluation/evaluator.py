@@ -5,7 +5,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -113,7 +112,6 @@ class Evaluator(LeafSystem):
         goal_yaw_tolerance: float = 0.25,
         robot_max_speed: float | None = None,
         obstacles: Obstacles | None = None,
-        doors: ArrayLike | None = None,
         feels_forces: bool = False,
     ) -> None:
         """Constructs an Evaluator.
@@ -130,8 +128,6 @@ class Evaluator(LeafSystem):
             robot_max_speed: The maximum speed of the robot, in m/s, if it is
                 known.
             obstacles: The walls, for the metrics of forces.
-            doors: The centers of doors, shape (k, 2), in W, in meters, for
-                social situations.
             feels_forces: Whether the forces of ``contacts`` are computed.
 
         Raises:
@@ -148,7 +144,6 @@ class Evaluator(LeafSystem):
             "goal_yaw_tolerance": goal_yaw_tolerance,
             "robot_max_speed": robot_max_speed,
             "obstacles": obstacles or Obstacles.from_points([]),
-            "doors": doors,
         }
         self._feels_forces = feels_forces
         self._n = len(humans)

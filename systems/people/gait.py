@@ -11,6 +11,7 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import STATE_SIZE, VX, VY, YAW, X, Y
+from hunav_drake.systems.people.figure_config import TALL, WHEELED
 
 # The figure that walks, in meters: from hip to knee, from knee to sole, and
 # from below the ankle back to the heel and forward to the ball of the foot.
@@ -23,6 +24,12 @@ TOE = 0.15
 # "Gait patterns and the speed of walking", Biomed. Eng. 3, 1968): 1.4 m at
 # 1.2 m/s. In m / sqrt(m/s).
 STRIDE = 1.27
+
+# Hip and knee of a person who sits, in radians, and the height of its hips
+# above the floor; in a wheelchair all is higher, in meters.
+SEATED = 1.38
+SEAT = THIGH * math.cos(SEATED) + SHIN
+FOOTREST = 0.08
 
 # The time constant with which a person starts and stops stepping, in seconds.
 # A person that stops at once still puts the feet together.
@@ -104,11 +111,12 @@ def advance_gait(gait: Array, human_states: Array, time_step: float) -> Array:
 
 
 @jit
-def pose_figures(gait: Array, human_states: Array) -> Array:
+def pose_figures(gait: Array, human_states: Array, bodies: Array) -> Array:
     """Returns the positions (n, 10) of the figures of all people.
 
-    See the constants above. Angles are positive forwards, those of knees when
-    bent. People with rows of NaN stand at `ABSENT`.
+    See the constants above; `bodies` are their `figure_rows`. Angles are
+    positive forwards, those of knees when bent. People with rows of NaN stand
+    at `ABSENT`.
     """
     n = gait.size // GAIT_SIZE
     result = np.empty((n, FIGURE_SIZE))
@@ -119,7 +127,9 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
         # The foot on the floor stays where it is if the leg sweeps half a
         # stride while the body moves as far.
         stride = STRIDE * math.sqrt(abs(pace))
-        swing = math.asin(min(stride / (4.0 * (THIGH + SHIN)), 0.6))
+        tall = bodies[i, TALL]
+        leg = tall * (THIGH + SHIN)
+        swing = math.asin(min(stride / (4.0 * leg), 0.6))
         # The leg that swings forward bends, at the knee and a little at the
         # hip, so that its foot clears the floor.
         bend = 2.2 * swing * math.cos(phase)
@@ -133,12 +143,18 @@ def pose_figures(gait: Array, human_states: Array) -> Array:
         q[BASE_YAW] = human_states[row + YAW]
         if math.isnan(q[BASE_X]):
             q[BASE_X], q[BASE_Y], q[BASE_YAW] = ABSENT, ABSENT, 0.0
-        q[HIP_HEIGHT] = max(
+        q[HIP_HEIGHT] = tall * max(
             reach(left_hip, left_knee), reach(right_hip, right_knee)
         )
+        q[LEFT_SHOULDER], q[RIGHT_SHOULDER] = -0.8 * sweep, 0.8 * sweep
+        if bodies[i, WHEELED] > 0.0:
+            # Both hands push the wheels.
+            left_hip = right_hip = SEATED
+            left_knee = right_knee = seated_knee(tall)
+            q[HIP_HEIGHT] = SEAT + FOOTREST
+            q[LEFT_SHOULDER] = q[RIGHT_SHOULDER] = 0.7 * sweep - 0.15
         q[LEFT_HIP], q[LEFT_KNEE] = left_hip, left_knee
         q[RIGHT_HIP], q[RIGHT_KNEE] = right_hip, right_knee
-        q[LEFT_SHOULDER], q[RIGHT_SHOULDER] = -0.8 * sweep, 0.8 * sweep
     return result
 
 
@@ -148,3 +164,17 @@ def reach(hip: float, knee: float) -> float:
     shin = hip - knee
     foot = max(HEEL * math.sin(shin), -TOE * math.sin(shin))
     return THIGH * math.cos(hip) + SHIN * math.cos(shin) + foot
+
+
+@jit
+def seated_knee(tall: float) -> float:
+    """Returns the angle of the knees of a person on a seat, in radians.
+
+    Long shins are put forward, with the heels on the floor; short ones do not
+    reach it.
+    """
+    if tall <= 1.0:
+        return SEATED
+    below = SEAT / tall - THIGH * math.cos(SEATED)
+    ahead = math.atan2(HEEL, SHIN) + math.acos(below / math.hypot(HEEL, SHIN))
+    return SEATED - ahead

@@ -28,6 +28,7 @@ from hunav_drake.systems.common.schema import (
     within,
 )
 from hunav_drake.systems.people.behavior_choice import Behavior, behavior_name
+from hunav_drake.systems.people.figure_config import FigureConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.track_config import TrackConfig
 
@@ -44,15 +45,19 @@ STAND_IN = (0.0, 0.0, 0.0)
 MAX_GROUP_ID = 2**31 - 1
 
 
+Level = Annotated[StrictFloat, within(0, 100)]
+NeedRate = Annotated[StrictFloat, within(0, 100, "1/s")]
+
+
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class NeedConfig:
     """A need of a person: 100 when it is satisfied, 0 when it is urgent."""
 
-    initial: Annotated[StrictFloat, within(0, 100)] = 100.0
+    initial: Level = 100.0
     """Level at the start."""
 
-    rate: Annotated[StrictFloat, within(0, 100, "1/s")] = 1.0
+    rate: NeedRate = 1.0
     """Loss of level per second, in 1/s."""
 
 
@@ -106,6 +111,9 @@ class HumanConfig:
 
     needs: dict[Name, NeedConfig] = field(default_factory=dict)
     """Needs by name, which behavior trees see to: see `NeedsSelector`."""
+
+    figure: FigureConfig = field(default_factory=FigureConfig)
+    """How the person looks."""
 
     goals: Points = field(default_factory=list)
     """Goals (x, y) to walk to, one after the other, in W, in meters."""

@@ -1,7 +1,7 @@
 """The legs of walking figures: their sections, and their cuts with a plane.
 
 A lidar that scans at the height of legs sees the drawn legs: both take their
-sections and their gait from here and from `gait`.
+sections and their gait from here and from `gait` and `manners`.
 """
 
 import math
@@ -11,11 +11,11 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE
+from hunav_drake.systems.people.figure_config import TALL, WHEELED, WIDE
 from hunav_drake.systems.people.gait import (
     BASE_X,
     BASE_Y,
     BASE_YAW,
-    GAIT_SIZE,
     HIP_HEIGHT,
     LEFT_HIP,
     LEFT_KNEE,
@@ -23,8 +23,8 @@ from hunav_drake.systems.people.gait import (
     RIGHT_KNEE,
     SHIN,
     THIGH,
-    pose_figures,
 )
+from hunav_drake.systems.people.manners import LEAN
 
 # The radius of the disc, in meters, at which a figure has the width of an
 # adult; other radii make it wider or slimmer, within reason.
@@ -69,6 +69,12 @@ SHOE_SECTIONS: Array = np.array(
 for _sections in (THIGH_SECTIONS, SHIN_SECTIONS, SHOE_SECTIONS):
     _sections.setflags(write=False)
 
+# A wheelchair: where the hips are in it, ahead of its person's middle; the
+# radius of its large wheels, the half distance between them, and half their
+# width, in meters.
+WHEELCHAIR_X = -0.15
+WHEEL, WHEEL_Y, RIM = 0.3, 0.29, 0.018
+
 # A row of `legs_at`: the middle of an ellipse, the direction of its first half
 # axis, in W, and both half axes; in meters and radians.
 ELLIPSE_SIZE = 5
@@ -81,49 +87,79 @@ def figure_width(radius: float) -> float:
 
 
 @jit
-def legs_at(gait: Array, human_states: Array, height: float) -> Array:
+def legs_at(
+    figures: Array, human_states: Array, bodies: Array, height: float
+) -> Array:
     """Returns the cuts of a plane at a height, in meters, with legs of people.
 
     They are approximated by ellipses. That of a leg which does not reach the
-    plane, as a foot in the air above it, has half axes of 0.
+    plane, as a foot in the air above it, has half axes of 0. The wheels of
+    wheelchairs follow.
+
+    Args:
+        figures: From `pose_figures` or `hold_figures`.
+        human_states: Shape (7n,): see `common.layout`.
+        bodies: See `figure_rows`.
+        height: Of the plane.
 
     Returns:
-        Shape (2n, 5), the left leg of each person before the right one: rows
-        (x, y, yaw, a, b) in W, in meters and radians.
+        Shape (2 (n + k), 5) with k wheelchairs, the left leg of each person,
+        then the left wheel of each wheelchair before the right one: rows (x, y,
+        yaw, a, b) in W, in meters and radians.
     """
-    figures = pose_figures(gait, human_states)
-    n = gait.size // GAIT_SIZE
-    result = np.zeros((2 * n, ELLIPSE_SIZE))
+    n = len(figures)
+    wheeled = 0
+    for i in range(n):
+        wheeled += bodies[i, WHEELED] > 0.0
+    result = np.zeros((2 * (n + wheeled), ELLIPSE_SIZE))
+    next_wheel = 2 * n
     for i in range(n):
         q = figures[i]
+        tall = bodies[i, TALL]
         width = figure_width(human_states[i * STATE_SIZE + RADIUS])
-        yaw = q[BASE_YAW]
-        c, s = math.cos(yaw), math.sin(yaw)
+        width *= bodies[i, WIDE]
+        # Legs hang from the trunk, which may lean.
+        lean = q[LEAN] if q.size > LEAN else 0.0
+        off = WHEELCHAIR_X if bodies[i, WHEELED] > 0.0 else 0.0
         for side in range(2):
             hip = q[LEFT_HIP] if side == 0 else q[RIGHT_HIP]
             knee = q[LEFT_KNEE] if side == 0 else q[RIGHT_KNEE]
-            x, a, b = _leg_at(hip, knee, q[HIP_HEIGHT] - height, width)
+            below = q[HIP_HEIGHT] - height
+            x, a, b = _leg_at(hip - lean, knee, below, width, tall)
             y = width * (HIP_Y if side == 0 else -HIP_Y)
-            row = result[2 * i + side]
-            row[0] = q[BASE_X] + c * x - s * y
-            row[1] = q[BASE_Y] + s * x + c * y
-            row[2] = yaw
-            row[3] = a
-            row[4] = b
+            _put(result[2 * i + side], q, x + off, y, a, b)
+        if bodies[i, WHEELED] > 0.0 and height < 2 * WHEEL:
+            a = math.sqrt(WHEEL**2 - (height - WHEEL) ** 2)
+            for y in (WHEEL_Y, -WHEEL_Y):
+                _put(result[next_wheel], q, off, y, a, RIM)
+                next_wheel += 1
     return result
 
 
 @jit
+def _put(row: Array, q: Array, x: float, y: float, a: float, b: float) -> None:
+    """Writes an ellipse at (x, y) from the base of a figure."""
+    yaw = q[BASE_YAW]
+    c, s = math.cos(yaw), math.sin(yaw)
+    row[0] = q[BASE_X] + c * x - s * y
+    row[1] = q[BASE_Y] + s * x + c * y
+    row[2] = yaw
+    row[3] = a
+    row[4] = b
+
+
+@jit
 def _leg_at(
-    hip: float, knee: float, below: float, width: float
+    hip: float, knee: float, below: float, width: float, tall: float
 ) -> tuple[float, float, float]:
     """Returns x of a leg's middle and its half axes, at a depth below hip."""
     shin = hip - knee
-    knee_x, knee_below = THIGH * math.sin(hip), THIGH * math.cos(hip)
-    low, high, b = _cut(hip, below, THIGH_SECTIONS, width)
+    knee_x = tall * THIGH * math.sin(hip)
+    knee_below = tall * THIGH * math.cos(hip)
+    low, high, b = _cut(hip, below, THIGH_SECTIONS, width, tall)
     for k in range(2):
         part = SHIN_SECTIONS if k == 0 else SHOE_SECTIONS
-        rear, front, half = _cut(shin, below - knee_below, part, width)
+        rear, front, half = _cut(shin, below - knee_below, part, width, tall)
         low, high = min(low, knee_x + rear), max(high, knee_x + front)
         b = max(b, half)
     if low > high:
@@ -133,7 +169,7 @@ def _leg_at(
 
 @jit
 def _cut(
-    angle: float, below: float, sections: Array, width: float
+    angle: float, below: float, sections: Array, width: float, tall: float
 ) -> tuple[float, float, float]:
     """Returns the cut of a plane below a joint with a part that hangs from it.
 
@@ -146,8 +182,8 @@ def _cut(
     count = len(sections)
     for k in range(2 * count):
         # Up along the rear ends, then down along the front ones.
-        x, z = _corner(sections, k, width)
-        x_next, z_next = _corner(sections, (k + 1) % (2 * count), width)
+        x, z = _corner(sections, k, width, tall)
+        x_next, z_next = _corner(sections, (k + 1) % (2 * count), width, tall)
         above = x * s + z * c + below
         above_next = x_next * s + z_next * c + below
         if (above >= 0) == (above_next >= 0):
@@ -160,7 +196,7 @@ def _cut(
     if low > high:
         return low, high, 0.0
     # The width of the section in the middle.
-    z = -0.5 * (low + high) * s - below * c
+    z = (-0.5 * (low + high) * s - below * c) / tall
     heights = sections[:, 2]
     k = 1
     while k < count - 1 and heights[k] < z:
@@ -172,7 +208,9 @@ def _cut(
 
 
 @jit
-def _corner(sections: Array, k: int, width: float) -> tuple[float, float]:
+def _corner(
+    sections: Array, k: int, width: float, tall: float
+) -> tuple[float, float]:
     """Returns (x, z) of a corner of a part, as seen from its side."""
     count = len(sections)
     if k < count:
@@ -180,4 +218,4 @@ def _corner(sections: Array, k: int, width: float) -> tuple[float, float]:
     else:
         k = 2 * count - 1 - k
         x, half, z = sections[k, 0], sections[k, 3], sections[k, 2]
-    return width * (x + half), z
+    return width * (x + half), tall * z

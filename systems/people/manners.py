@@ -22,6 +22,7 @@ from hunav_drake.systems.common.layout import (
     X,
     Y,
 )
+from hunav_drake.systems.people.figure_config import TALL, WHEELED
 from hunav_drake.systems.people.gait import (
     FIGURE_SIZE,
     HIP_HEIGHT,
@@ -31,7 +32,10 @@ from hunav_drake.systems.people.gait import (
     RIGHT_HIP,
     RIGHT_KNEE,
     RIGHT_SHOULDER,
+    SEAT,
+    SEATED,
     reach,
+    seated_knee,
 )
 
 # The further positions of a figure that shows what people do: the pitch of the
@@ -50,9 +54,8 @@ MANNER_SIZE = TIME + 1
 # The angle of an elbow at rest, in radians.
 _REST = 0.4
 
-# Hip and knee of a person who sits, in radians: the hip is 0.54 m above the
-# floor. Of one who lies it is at the last height, in meters.
-_SEATED, _BED = 1.38, 0.66
+# The height of the hips of a person who lies, in meters.
+_BED = 0.66
 
 # Rates: of sitting down, in 1/s, of the head and of the arms, in rad/s; and how
 # far the head turns, in radians.
@@ -123,8 +126,11 @@ def advance_manners(
 
 
 @jit
-def hold_figures(figures: Array, manners: Array) -> Array:
-    """Returns the positions (n, 14) of lively figures, given walking ones."""
+def hold_figures(figures: Array, manners: Array, bodies: Array) -> Array:
+    """Returns the positions (n, 14) of lively figures, given walking ones.
+
+    `bodies` are their `figure_rows`.
+    """
     n = len(figures)
     result = np.zeros((n, LIVELY_SIZE))
     for i in range(n):
@@ -133,15 +139,23 @@ def hold_figures(figures: Array, manners: Array) -> Array:
         q[:FIGURE_SIZE] = figures[i]
         # (Slowly at first and at last.)
         sits = own[SITS] ** 2 * (3.0 - 2.0 * own[SITS])
+        if bodies[i, WHEELED] > 0.0:
+            sits = 0.0
         lies = own[LIES] ** 2 * (3.0 - 2.0 * own[LIES])
         walks = 1.0 - max(sits, lies)
+        tall = bodies[i, TALL]
+        bent = seated_knee(tall)
         for hip, knee in ((LEFT_HIP, LEFT_KNEE), (RIGHT_HIP, RIGHT_KNEE)):
-            q[hip] = walks * q[hip] + sits * _SEATED
-            q[knee] = walks * q[knee] + sits * _SEATED
-        height = max(
-            reach(q[LEFT_HIP], q[LEFT_KNEE]), reach(q[RIGHT_HIP], q[RIGHT_KNEE])
-        )
-        q[HIP_HEIGHT] = (1.0 - lies) * height + lies * _BED
+            q[hip] = walks * q[hip] + sits * SEATED
+            q[knee] = walks * q[knee] + sits * bent
+        if bodies[i, WHEELED] == 0.0:
+            height = tall * max(
+                reach(q[LEFT_HIP], q[LEFT_KNEE]),
+                reach(q[RIGHT_HIP], q[RIGHT_KNEE]),
+            )
+            # (On a seat, however long the legs are.)
+            height += sits * (SEAT - tall * reach(SEATED, bent))
+            q[HIP_HEIGHT] = (1.0 - lies) * height + lies * _BED
         # Who sits down bows, above the hips; who lies is on the back.
         bow = 0.5 * math.sin(math.pi * sits)
         q[LEAN] = bow - lies * math.pi / 2

@@ -10,7 +10,16 @@ import numpy as np
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.random_streams import Purpose, draw_uniform
-from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.figure_config import (
+    BUILDS,
+    HEIGHTS,
+    YOUNGEST,
+    FigureConfig,
+    Hair,
+    Luggage,
+    height_distribution,
+)
+from hunav_drake.systems.people.human_config import HumanConfig, NeedConfig
 from hunav_drake.systems.people.placement import (
     Areas,
     Draws,
@@ -30,6 +39,13 @@ from hunav_drake.systems.people.walking_speeds import (
 
 # The people who start in one place, or come from it.
 Members = CohortConfig | SourceConfig
+
+# What men and women have, in equal parts.
+_HAIR_OF: dict[bool, tuple[Hair, ...]] = {
+    False: ("short", "short", "none"),
+    True: ("long", "long", "bun"),
+}
+_CARRIED: tuple[Luggage, ...] = ("nothing", "nothing", "backpack", "bag")
 
 # The number of streams of each cohort, and of each of its goals.
 _PER_COHORT = 2**32
@@ -90,6 +106,20 @@ class Bodies(NamedTuple):
     yaws: Array
 
 
+class Manners(NamedTuple):
+    """What people of a cohort do, and how they look.
+
+    Attributes:
+        behaviors: The behavior of each person.
+        needs: The needs of each person.
+        figures: How each person looks.
+    """
+
+    behaviors: list[str]
+    needs: list[dict[str, NeedConfig]]
+    figures: list[FigureConfig]
+
+
 class Way(NamedTuple):
     """The goals of the people of a group.
 
@@ -127,12 +157,65 @@ def draw_body_values(members: Members, streams: Streams) -> Bodies:
     )
 
 
-def draw_behaviors(members: Members, streams: Streams) -> list[str]:
+def draw_manners(members: Members, bodies: Bodies, streams: Streams) -> Manners:
+    """Returns what people do, and how they look."""
+    return Manners(
+        _draw_behaviors(members, streams),
+        _draw_needs(members, streams),
+        _draw_figures(members, bodies, streams),
+    )
+
+
+def _draw_behaviors(members: Members, streams: Streams) -> list[str]:
     """Returns the behavior of each person."""
     draws = streams.draw(Purpose.POPULATION_BEHAVIOR, range(members.number), 1)
     names = list(members.behaviors)
     chosen = choose(draws[:, 0], list(members.behaviors.values()))
     return [names[i] for i in chosen.tolist()]
+
+
+def _draw_needs(
+    members: Members, streams: Streams
+) -> list[dict[str, NeedConfig]]:
+    """Returns the needs of each person."""
+    people, needs = range(members.number), members.needs
+    draws = streams.draw(Purpose.POPULATION_NEEDS, people, len(needs))
+    low, high = np.array([it.initial for it in needs.values()]).reshape(-1, 2).T
+    return [
+        {
+            name: NeedConfig(initial=level, rate=need.rate)
+            for (name, need), level in zip(needs.items(), levels, strict=True)
+        }
+        for levels in (low + (high - low) * draws).tolist()
+    ]
+
+
+def _draw_figures(
+    members: Members, bodies: Bodies, streams: Streams
+) -> list[FigureConfig]:
+    """Returns how each person looks."""
+    if members.figures == "alike":
+        return [FigureConfig() for _ in range(members.number)]
+    people = range(members.number)
+    draws = streams.draw(Purpose.POPULATION_FIGURE, people, 3).T
+    heights = normal_quantiles(
+        draws[0], *height_distribution(bodies.ages, bodies.is_woman)
+    )
+    radii = bodies.radii / np.mean(members.body_radius)
+    return [
+        FigureConfig(
+            age=max(age, YOUNGEST),
+            height=float(np.clip(height, *HEIGHTS)),
+            build=float(np.clip(build, *BUILDS)),
+            hair=_HAIR_OF[bool(is_woman)][int(hair * 3)],
+            carries=_CARRIED[int(luggage * len(_CARRIED))],
+        )
+        for age, height, build, is_woman, hair, luggage in zip(
+            *(bodies.ages.tolist(), heights, radii, bodies.is_woman),
+            *draws[1:],
+            strict=True,
+        )
+    ]
 
 
 def draw_groups(members: Members, streams: Streams) -> list[list[int]]:
@@ -199,7 +282,7 @@ def make_group(
     rows: Sequence[int],
     points: Array,
     bodies: Bodies,
-    behaviors: Sequence[str],
+    manners: Manners,
     group_id: int,
     way: Way,
 ) -> list[HumanConfig]:
@@ -217,7 +300,9 @@ def make_group(
         person = HumanConfig(
             name=f"{members.name}_{k + 1}" if members.name else "",
             pose=(x, y, yaw),
-            behavior=behaviors[k],
+            behavior=manners.behaviors[k],
+            needs=manners.needs[k],
+            figure=manners.figures[k],
             desired_speed=speed,
             radius=members.radius,
             body_radius=float(bodies.radii[k]),

@@ -14,9 +14,9 @@ from hunav_drake.systems.people.members import (
     NoRoomError,
     Streams,
     Way,
-    draw_behaviors,
     draw_body_values,
     draw_groups,
+    draw_manners,
     draw_way,
     make_group,
 )
@@ -211,7 +211,7 @@ def _draw_cohort(
 ) -> tuple[list[HumanConfig], list[Way]]:
     """Draws the people of one cohort, and adds their bodies to the floor."""
     bodies = draw_body_values(cohort, streams)
-    behaviors = draw_behaviors(cohort, streams)
+    manners = draw_manners(cohort, bodies, streams)
     start = Areas(cohort.start)
     goal_areas = [Areas([area]) for area in cohort.goals]
     people: list[HumanConfig] = []
@@ -238,7 +238,7 @@ def _draw_cohort(
         floor.add_bodies(np.column_stack([points, radii]))
         way = draw_way(cohort, goal_areas, sink_areas, streams, floor, g)
         people += make_group(
-            *(cohort, members, points, bodies, behaviors, group_id, way)
+            *(cohort, members, points, bodies, manners, group_id, way)
         )
         ways += [way] * len(members)
         group_id += len(members) > 1

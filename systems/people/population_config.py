@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import field
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -30,7 +30,7 @@ from hunav_drake.systems.common.schema import (
 )
 from hunav_drake.systems.common.suggest import did_you_mean
 from hunav_drake.systems.people.area import Area
-from hunav_drake.systems.people.human_config import ForcesMode
+from hunav_drake.systems.people.human_config import ForcesMode, Level, NeedRate
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.track_config import TracksConfig
 from hunav_drake.systems.people.walking_speeds import AGES, MAX_DEVIATIONS
@@ -117,6 +117,30 @@ class SpeedDistribution:
         return self
 
 
+def _check_levels(levels: tuple[float, float]) -> tuple[float, float]:
+    low, high = levels
+    if high < low:
+        raise fault(
+            f"must be a least and a largest level, got {low:g} and {high:g}"
+        )
+    return levels
+
+
+@plain_errors
+@dataclass(kw_only=True, slots=True, config=CONFIG)
+class MemberNeedConfig:
+    """A need of people who are drawn: see `NeedConfig`."""
+
+    initial: Annotated[tuple[Level, Level], AfterValidator(_check_levels)] = (
+        0.0,
+        100.0,
+    )
+    """Range of the levels at the start, which are drawn uniformly."""
+
+    rate: NeedRate = 1.0
+    """Loss of level per second, in 1/s."""
+
+
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class MembersConfig:
@@ -188,6 +212,13 @@ class MembersConfig:
 
     share_of_women: Share = 0.5
     """Share of women among them; the others are men."""
+
+    figures: Literal["alike", "varied"] = "alike"
+    """How they look: "alike" adults, or "varied" by age and sex, of different
+    height, some with a backpack or a bag."""
+
+    needs: dict[Name, MemberNeedConfig] = field(default_factory=dict)
+    """Needs by name, as of a person."""
 
     speed: SpeedDistribution | None = None
     """Speeds that do not follow from age and sex."""

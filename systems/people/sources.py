@@ -14,9 +14,9 @@ from hunav_drake.systems.people.members import (
     NoRoomError,
     Streams,
     Way,
-    draw_behaviors,
     draw_body_values,
     draw_groups,
+    draw_manners,
     draw_way,
     make_group,
     stream_of,
@@ -62,7 +62,7 @@ def draw_source(
     streams = Streams(seed, config.name)
     places = _draw_places(config, streams, floor)
     bodies = draw_body_values(config, streams)
-    behaviors = draw_behaviors(config, streams)
+    manners = draw_manners(config, bodies, streams)
     goal_areas = [Areas([area]) for area in config.goals]
     people: list[HumanConfig] = []
     ways: list[Way] = []
@@ -77,7 +77,7 @@ def draw_source(
             raise NoRoomError("start", None, _no_room_for(len(members)))
         way = draw_way(config, goal_areas, sink_areas, streams, floor, g)
         people += make_group(
-            *(config, members, points, bodies, behaviors, group_id, way)
+            *(config, members, points, bodies, manners, group_id, way)
         )
         ways += [way] * len(members)
         group_id += len(members) > 1

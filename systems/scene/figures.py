@@ -63,7 +63,7 @@ def AddFigures(
     joints = AddPeople(plant, humans, labels, lively=lively)
     plant.Finalize()
     inner = DiagramBuilder()
-    _, poses = AddKinematics(inner, plant, joints, {}, time_step)
+    _, poses = AddKinematics(inner, plant, humans, joints, {}, time_step)
     inner.ExportOutput(poses, "geometry_pose")
     figures = builder.AddNamedSystem(name, inner.Build())
     builder.Connect(

@@ -19,14 +19,20 @@ from pydrake.multibody.tree import (
     RigidBody,
 )
 
+from hunav_drake.systems.people.figure_config import FigureConfig
 from hunav_drake.systems.people.gait import THIGH
-from hunav_drake.systems.people.legs import HIP_Y, figure_width
+from hunav_drake.systems.people.legs import HIP_Y, WHEELCHAIR_X, figure_width
 from hunav_drake.systems.scene.meshes import disc
 from hunav_drake.systems.scene.palette import (
+    BACKPACK,
+    BAG,
     BODY_DISC,
+    CUP,
     EYES,
     TELEPHONE,
     TELEPHONE_SCREEN,
+    WHEELCHAIR,
+    WHEELS,
     Clothes,
 )
 from hunav_drake.systems.scene.visuals import AddLabeledVisual, AddVisual
@@ -52,6 +58,15 @@ _NECK_Z = 0.6
 # The height of an elbow below the shoulder, in meters, negative.
 _ELBOW_Z = -0.275
 
+# The parts of what is held, besides arm and hand.
+_HELD = {
+    "telephone": (
+        ("telephone", TELEPHONE),
+        ("telephone_screen", TELEPHONE_SCREEN),
+    ),
+    "cup": (("cup", CUP),),
+}
+
 Axis = Sequence[float]
 
 
@@ -61,14 +76,14 @@ def AddHumanBody(
     *,
     radius: float,
     clothes: Clothes,
-    telephone: bool = False,
+    figure: FigureConfig | None = None,
     label: int | None = None,
     level: int = 0,
     lively: bool = False,
 ) -> list[Joint]:
     """Adds the figure of a person to a plant as a model instance.
 
-    The figure is 1.7 m tall and faces +x at yaw 0. It has eight bodies ("base",
+    The figure faces +x at yaw 0. It has eight bodies ("base",
     "trunk", and "thigh", "shin" and "arm" on each side) with eight joints and
     ten positions, no mass, and no collision geometry. A disc on the floor shows
     the person's radius in the crowd; it has no perception role, so simulated
@@ -79,7 +94,7 @@ def AddHumanBody(
         name: The name of the model instance, unique in the plant.
         radius: The radius of the person's disc, in meters.
         clothes: The colors.
-        telephone: Whether the person looks at a telephone in the right hand.
+        figure: How it looks; by default as an adult of 1.7 m.
         label: The label of the whole figure in label images: see `human_label`;
             by default, each body has a separate one.
         level: The number of people added before. It raises the disc slightly,
@@ -95,7 +110,12 @@ def AddHumanBody(
         left elbow, right elbow.
     """
     instance = plant.AddModelInstance(name)
-    width = figure_width(radius)
+    figure = figure or FigureConfig()
+    tall, width = figure.tall, figure_width(radius) * figure.wide
+    # (Children have large heads.)
+    large = tall**0.4
+    head_size = [figure_width(radius) * figure.build * min(large, 1.0)] * 2
+    holds = figure.holds or "nothing"
     joints: list[Joint] = []
 
     def AddPart(
@@ -103,8 +123,9 @@ def AddHumanBody(
         part: str,
         color: Rgba,
         X_BG: RigidTransform | None = None,
+        size: Sequence[float] = (width, width, tall),
     ) -> None:
-        shape = Mesh(_read_mesh(part), [width, width, 1.0])
+        shape = Mesh(_read_mesh(part), size)
         if label is None:
             AddVisual(plant, body, part, shape, color, X_BG)
         else:
@@ -115,7 +136,7 @@ def AddHumanBody(
     ) -> tuple[RigidBody, Joint]:
         """Adds a body that turns about a point of another."""
         turning = plant.AddRigidBody(body, instance)
-        X_PJ = RigidTransform(np.multiply(place, [1, width, 1]))
+        X_PJ = RigidTransform(np.multiply(place, [1, width, tall]))
         frame = plant.AddFrame(
             FixedOffsetFrame(joint, parent.body_frame(), X_PJ)
         )
@@ -136,26 +157,41 @@ def AddHumanBody(
     AddVisual(plant, base, "disc", flat, BODY_DISC, perceived=False)
 
     world, floor, top = plant.world_frame(), base.body_frame(), [0, 0, 1]
+    hips = floor
+    if figure.wheelchair:
+        X_BC = RigidTransform([WHEELCHAIR_X, 0.0, 0.0])
+        hips = plant.AddFrame(FixedOffsetFrame("chair", floor, X_BC))
+        for part, color in (("wheelchair", WHEELCHAIR), ("wheels", WHEELS)):
+            AddPart(base, part, color, X_BC, [1.0, 1.0, 1.0])
     raised = plant.AddRigidBody("raised" if lively else "trunk", instance)
     for joint in (
         PlanarJoint("pose", world, floor),
-        PrismaticJoint("height", floor, raised.body_frame(), top),
+        PrismaticJoint("height", hips, raised.body_frame(), top),
     ):
         joints.append(plant.AddJoint(joint))
     trunk = head = raised
-    X_BH = _tilted(_BENT_DOWN) if telephone else RigidTransform()
+    neck = [0.0, 0.0, _NECK_Z]
+    bent = RotationMatrix.MakeYRotation(
+        _BENT_DOWN if holds == "telephone" else 0.0
+    )
+    X_BH = RigidTransform(bent, np.multiply(neck, tall))
     further: list[Joint] = []
     if lively:
-        neck = [0.0, 0.0, _NECK_Z]
         trunk, lean = AddTurning("trunk", raised, "lean", [0, 0, 0], [0, 1, 0])
         head, turn = AddTurning("head", trunk, "neck", neck, top)
         further = [lean, turn]
-        X_BH = RigidTransform(neck).inverse() @ X_BH
+        X_BH = RigidTransform(bent, [0.0, 0.0, 0.0])
+    X_BH = X_BH @ RigidTransform(np.multiply(neck, -large))
     AddPart(trunk, "hips", clothes.trousers)
     AddPart(trunk, "torso", clothes.top)
-    AddPart(head, "head", clothes.skin, X_BH)
-    AddPart(head, "hair", clothes.hair, X_BH)
-    AddPart(head, "eyes", EYES, X_BH)
+    parts = {"head": clothes.skin, "eyes": EYES}
+    if figure.hair != "none":
+        parts[f"{figure.hair or 'short'}_hair"] = clothes.hair
+    for part, color in parts.items():
+        AddPart(head, part, color, X_BH, [*head_size, large])
+    if figure.carries != "nothing":
+        color = BACKPACK if figure.carries == "backpack" else BAG
+        AddPart(trunk, figure.carries, color)
 
     # Positive angles swing forward at the hip, and bend the knee.
     for side, sign in (("left", 1.0), ("right", -1.0)):
@@ -169,15 +205,15 @@ def AddHumanBody(
     for side, sign in (("left", 1.0), ("right", -1.0)):
         place = [0, sign * _SHOULDER_Y, _SHOULDER_Z]
         arm = AddSwinging(f"{side}_arm", trunk, f"{side}_shoulder", place, -1)
-        if telephone and side == "right":
+        is_held = holds != "nothing" and side == "right"
+        if is_held:
             # On the trunk, because it does not swing.
             inwards = RotationMatrix.MakeZRotation(_INWARDS)
-            X_TS = RigidTransform(inwards, np.multiply(place, [1, width, 1]))
+            X_TS = RigidTransform(inwards, np.multiply(place, [1, width, tall]))
             for part, color in (
-                ("bent_sleeve", clothes.top),
-                ("holding_hand", clothes.skin),
-                ("telephone", TELEPHONE),
-                ("telephone_screen", TELEPHONE_SCREEN),
+                (f"{holds}_sleeve", clothes.top),
+                (f"{holds}_hand", clothes.skin),
+                *_HELD[holds],
             ):
                 AddPart(trunk, part, color, X_TS)
         elif not lively:
@@ -189,7 +225,7 @@ def AddHumanBody(
                 f"{side}_forearm", arm, f"{side}_elbow", elbow, [0, -1, 0]
             )
             further.append(bend)
-            if not (telephone and side == "right"):
+            if not is_held:
                 AddPart(arm, "upper_arm", clothes.top)
                 AddPart(forearm, "forearm", clothes.top)
                 AddPart(forearm, "moving_hand", clothes.skin)
@@ -207,10 +243,3 @@ def _read_mesh(name: str) -> InMemoryMesh:
     file = resources.files(__package__) / f"models/{name}.obj"
     text = file.read_text(encoding="utf-8")
     return InMemoryMesh(mesh_file=MemoryFile(text, ".obj", name))
-
-
-def _tilted(pitch: float) -> RigidTransform:
-    """Returns the pose of a head that is pitched about the neck."""
-    about = RigidTransform([0.0, 0.0, _NECK_Z])
-    turn = RigidTransform(RotationMatrix.MakeYRotation(pitch))
-    return about @ turn @ about.inverse()

@@ -4,6 +4,13 @@ from dataclasses import dataclass
 
 from pydrake.geometry import Rgba
 
+from hunav_drake.systems.people.figure_config import (
+    ADULT_AGE,
+    GRAY,
+    FigureConfig,
+    Hair,
+)
+
 
 @dataclass(frozen=True)
 class Clothes:
@@ -87,10 +94,18 @@ _HAIR = (
     Rgba(0.12, 0.09, 0.07),
     Rgba(0.35, 0.18, 0.09),
 )
+_GRAY_HAIR = Rgba(0.74, 0.73, 0.72)
+
+# The hair of people, in their order.
+HAIR_STYLES: tuple[Hair, ...] = ("short", "long", "short", "short", "bun")
 EYES = Rgba(0.08, 0.07, 0.07)
 TELEPHONE = Rgba(0.07, 0.07, 0.08)
 TELEPHONE_SCREEN = Rgba(0.72, 0.86, 0.98)
 _SHOES = Rgba(0.10, 0.10, 0.11)
+CUP = Rgba(0.93, 0.92, 0.89)
+BAG = Rgba(0.36, 0.25, 0.17)
+BACKPACK = Rgba(0.20, 0.23, 0.22)
+WHEELCHAIR, WHEELS = Rgba(0.19, 0.21, 0.25), Rgba(0.45, 0.47, 0.49)
 
 FLOOR = (Rgba(0.83, 0.82, 0.79), Rgba(0.77, 0.76, 0.73))
 WALL = Rgba(0.60, 0.65, 0.71)
@@ -140,16 +155,18 @@ def accent(index: int) -> Rgba:
     return ROBOT_ACCENTS[index % len(ROBOT_ACCENTS)]
 
 
-def clothes(index: int) -> Clothes:
+def clothes(index: int, figure: FigureConfig | None = None) -> Clothes:
     """Returns the clothes of the person at an index, from 0.
 
     The cycles have different lengths, so that people with the same shirt
     differ in something else.
     """
+    age = ADULT_AGE if figure is None else figure.age
+    hair = _HAIR if age >= ADULT_AGE else _HAIR[:4]
     return Clothes(
         top=TOPS[index % len(TOPS)],
         trousers=_TROUSERS[index % len(_TROUSERS)],
         shoes=_SHOES,
         skin=_SKIN[index % len(_SKIN)],
-        hair=_HAIR[index % len(_HAIR)],
+        hair=_GRAY_HAIR if age >= GRAY else hair[index % len(hair)],
     )

@@ -1,7 +1,7 @@
 """Builds the scene: world, people and robot."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 import re
 from typing import TYPE_CHECKING
@@ -21,6 +21,7 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
+from hunav_drake.systems.people.figure_config import Held, figure_rows
 from hunav_drake.systems.people.gait import FIGURE_SIZE
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_names
@@ -33,7 +34,7 @@ from hunav_drake.systems.scene.bounds import (
 )
 from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label
-from hunav_drake.systems.scene.palette import accent, clothes
+from hunav_drake.systems.scene.palette import HAIR_STYLES, accent, clothes
 from hunav_drake.systems.scene.robot_body import AddRobotBody
 from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
@@ -54,6 +55,10 @@ FLOOR_MARGIN = 0.6
 
 # The approximate time between displayed or recorded frames, in seconds.
 FRAME_PERIOD = 0.1
+
+
+# What people hold by default, by their behaviors.
+_HOLDS: dict[str, Held] = {"distracted": "telephone"}
 
 
 @dataclass(frozen=True)
@@ -182,7 +187,7 @@ def AddScene(
     plant.Finalize()
 
     kinematics, poses = AddKinematics(
-        inner, plant, joints, robot_joints, time_step
+        inner, plant, humans, joints, robot_joints, time_step
     )
     inner.Connect(
         poses, scene_graph.get_source_pose_port(plant.get_source_id())
@@ -254,8 +259,12 @@ def AddPeople(
             plant,
             name,
             radius=human.radius,
-            clothes=clothes(i),
-            telephone=human.behavior_name == "distracted",
+            clothes=clothes(i, human.figure),
+            figure=replace(
+                human.figure,
+                hair=human.figure.hair or HAIR_STYLES[i % len(HAIR_STYLES)],
+                holds=human.figure.holds or _HOLDS.get(human.behavior_name),
+            ),
             label=labels[i],
             level=i if apart else 0,
             lively=lively,
@@ -269,6 +278,7 @@ def AddPeople(
 def AddKinematics(
     builder: DiagramBuilder,
     plant: MultibodyPlant,
+    humans: Sequence[HumanConfig],
     joints: Sequence[Sequence[Joint]],
     robot_joints: Mapping[str, Sequence[Joint]],
     time_step: float,
@@ -285,6 +295,7 @@ def AddKinematics(
             {name: joint_positions(j) for name, j in robot_joints.items()},
             num_positions=plant.num_positions(),
             time_step=time_step,
+            figures=figure_rows([it.figure for it in humans]),
         ),
     )
     poses = builder.AddNamedSystem(

@@ -16,6 +16,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.common.layout import SIGNAL_SIZE, STATE_SIZE, YAW
+from hunav_drake.systems.people.figure_config import adult_figures
 from hunav_drake.systems.people.gait import (
     advance_gait,
     initial_gait,
@@ -62,6 +63,7 @@ class SceneKinematics(LeafSystem):
         *,
         num_positions: int,
         time_step: float = 0.05,
+        figures: ArrayLike | None = None,
     ) -> None:
         """Constructs a SceneKinematics.
 
@@ -69,13 +71,17 @@ class SceneKinematics(LeafSystem):
         positions in those of the plant (in the order of `gait`), of lively
         figures (n, 14), and
         `robot_positions` those of x, y and yaw of each robot, by its name,
-        which is empty for a single one.
+        which is empty for a single one. `figures` are the `figure_rows` of the
+        people, by default adults.
         """
         super().__init__()
         self._human_positions = np.asarray(human_positions, dtype=np.int64)
         self._robot_positions = [
             np.asarray(it, dtype=np.int64) for it in robot_positions.values()
         ]
+        if figures is None:
+            figures = adult_figures(len(self._human_positions))
+        self._figures = np.asarray(figures, dtype=float)
         self._num_positions = num_positions
         self._time_step = check_time_step(time_step)
 
@@ -145,10 +151,11 @@ class SceneKinematics(LeafSystem):
             figures = pose_figures(
                 context.get_discrete_state(self._gait).value(),
                 self._human_states.Eval(context),
+                self._figures,
             )
             if self._signals is not None:
                 manners = context.get_discrete_state(self._manners).value()
-                figures = hold_figures(figures, manners)
+                figures = hold_figures(figures, manners, self._figures)
             q[self._human_positions] = figures
         for port, positions in zip(
             self._robot_states, self._robot_positions, strict=True

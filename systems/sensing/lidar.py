@@ -11,7 +11,13 @@ from pydrake.systems.framework import (
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_count
-from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, X, Y
+from hunav_drake.systems.common.layout import (
+    RADIUS,
+    SIGNAL_SIZE,
+    STATE_SIZE,
+    X,
+    Y,
+)
 from hunav_drake.systems.common.ports import RequirePort
 from hunav_drake.systems.common.random_streams import (
     Purpose,
@@ -19,8 +25,22 @@ from hunav_drake.systems.common.random_streams import (
     draw_uniform,
 )
 from hunav_drake.systems.common.sampling import Sampling
-from hunav_drake.systems.people.gait import advance_gait, initial_gait
+from hunav_drake.systems.people.figure_config import (
+    BODY_SIZE,
+    Figures,
+    adult_figures,
+)
+from hunav_drake.systems.people.gait import (
+    advance_gait,
+    initial_gait,
+    pose_figures,
+)
 from hunav_drake.systems.people.legs import ELLIPSE_SIZE, legs_at
+from hunav_drake.systems.people.manners import (
+    advance_manners,
+    hold_figures,
+    initial_manners,
+)
 from hunav_drake.systems.sensing.ray_kernels import ray_distances
 from hunav_drake.systems.sensing.scans import sensor_pose
 from hunav_drake.systems.sensing.sensor_parameters import LidarParameters
@@ -40,14 +60,15 @@ class Lidar(Sampling, LeafSystem):
         - robot_state
         - human_states
         - other_robot_states
+        - social_signals (only if lively, and of lidars that detect legs)
         output_ports:
         - scan
 
     Ray i has the angle `config.angles()[i]` from straight ahead, and ends at
     the first obstacle in the plane of the lidar: a wall, the disc of another
     robot, or a person. People are two legs, ellipses that follow the gait of
-    the figures of `AddScene`, or discs. A lidar does not detect the robot that
-    carries it; a lidar on the ground detects the robot.
+    the figures of `AddScene`, and sit as these do, or discs. A lidar does not
+    detect the robot that carries it; a lidar on the ground detects the robot.
 
     Every ``config.period`` a scan of the current instant is taken; the port
     gives it at once, until the next one. With noise, each distance has a
@@ -58,14 +79,16 @@ class Lidar(Sampling, LeafSystem):
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
     robot, ``human_states`` n such rows of the people, and
     ``other_robot_states`` m rows of further robots, if there are any; all in W,
-    in SI units. Port ``scan`` gives the distances, in meters, each in
+    in SI units. Port ``social_signals`` takes n rows of `layout.Signal`: who
+    sits. Port ``scan`` gives the distances, in meters, each in
     [range_min, range_max]. A ray without a hit in range gives `range_max`, and
     one with a hit nearer than `range_min` gives `range_min`, so distances are
     always finite, and near obstacles are never lost. `scan_points` converts
     them to points.
 
     The discrete state holds the last scan and its number (-1 before the first);
-    a second group, for lidars that detect legs, holds the gait of each person.
+    a second group, for lidars that detect legs, holds the gait of each person,
+    and a third one, if they are lively, their `manners`.
     A numeric parameter holds the seed, in two halves. The state is updated
     every ``time_step``, for any period, so that all parts of a trial move at
     the same instants.
@@ -81,6 +104,7 @@ class Lidar(Sampling, LeafSystem):
         time_step: float = 0.05,
         seed: int = 0,
         number: int = 0,
+        figures: Figures | None = None,
     ) -> None:
         """Constructs a Lidar.
 
@@ -94,6 +118,8 @@ class Lidar(Sampling, LeafSystem):
             time_step: The time between two updates, in seconds.
             seed: The seed of the default Context, in [0, 2^63).
             number: Distinguishes lidars with the same seed; from 0.
+            figures: The figures of the people; by default adults. If lively,
+                ``social_signals`` tell who sits.
 
         Raises:
             ValueError: If a number is out of its range, or the period of the
@@ -131,9 +157,23 @@ class Lidar(Sampling, LeafSystem):
             self._others = self.DeclareVectorInputPort(
                 "other_robot_states", num_others * STATE_SIZE
             )
-        self._gait = None
+        self._gait = self._manners = self._signals = None
         if self._has_humans and self._config.people == "legs":
+            figures = figures or Figures(adult_figures(num_humans))
+            self._figures = np.asarray(figures.rows, dtype=float)
+            if self._figures.shape != (num_humans, BODY_SIZE):
+                raise ValueError(
+                    f"figures.rows: must have the shape ({num_humans},"
+                    f" {BODY_SIZE}), got {self._figures.shape}"
+                )
             self._gait = self.DeclareDiscreteState(initial_gait(num_humans))
+            if figures.lively:
+                self._manners = self.DeclareDiscreteState(
+                    initial_manners(num_humans)
+                )
+                self._signals = self.DeclareVectorInputPort(
+                    "social_signals", SIGNAL_SIZE * num_humans
+                )
         self._samples = self.DeclareVectorOutputPort(
             "scan", self._config.num_rays, self._CalcSample
         )
@@ -204,13 +244,24 @@ class Lidar(Sampling, LeafSystem):
             if self._gait is None:
                 parts.append(_discs(states))
             else:
-                gait = context.get_discrete_state(self._gait).value()
-                parts.append(legs_at(gait, states, self._config.height))
+                part = self._Figures(context, states), states, self._figures
+                parts.append(legs_at(*part, self._config.height))
         if self._others is not None:
             parts.append(_discs(self._others.Eval(context)))
         if self._config.mount == "world" and robot is not None:
             parts.append(_discs(robot))
         return np.concatenate(parts)
+
+    def _Figures(self, context: Context, states: Array) -> Array:
+        """Returns the positions of the figures of people, as they are drawn."""
+        groups = context.get_discrete_state()
+        gait = groups.value(self._gait)
+        figures: Array = pose_figures(gait, states, self._figures)
+        if self._manners is None:
+            return figures
+        manners = groups.value(self._manners)
+        lively: Array = hold_figures(figures, manners, self._figures)
+        return lively
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         super()._Update(context, discrete_state)
@@ -221,6 +272,16 @@ class Lidar(Sampling, LeafSystem):
                 self._time_step,
             )
             discrete_state.set_value(self._gait, gait)
+        if self._signals is not None and self._signals.HasValue(context):
+            # (Where they look does not move their legs.)
+            manners = advance_manners(
+                context.get_discrete_state(self._manners).value(),
+                self._signals.Eval(context),
+                self._human_states.Eval(context),
+                np.zeros(0),
+                self._time_step,
+            )
+            discrete_state.set_value(self._manners, manners)
 
 
 def _discs(states: Array) -> Array:

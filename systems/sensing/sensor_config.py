@@ -9,6 +9,7 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.registry import Registry, name_of
 from hunav_drake.systems.common.schema import CONFIG
+from hunav_drake.systems.people.figure_config import Figures
 from hunav_drake.systems.sensing.sensor_parameters import (
     CameraParameters,
     Delayed,
@@ -45,6 +46,8 @@ class SensingTask:
         number: The number of the sensor in the trial, from 0; each has
             different noise.
         rendering: The geometry for cameras; None without geometry.
+        figures: The figures of the people; None for adults. If lively, there
+            are "social_signals".
     """
 
     world: World
@@ -54,6 +57,7 @@ class SensingTask:
     seed: int = 0
     number: int = 0
     rendering: Rendering | None = None
+    figures: Figures | None = None
 
 
 @explain
@@ -118,6 +122,7 @@ class LidarConfig(Delayed, LidarParameters, SensorConfig):
             time_step=task.time_step,
             seed=task.seed,
             number=task.number,
+            figures=task.figures,
         )
         return MakeDelayed(lidar, self.delay, task.time_step)
 

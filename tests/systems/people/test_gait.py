@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 
 from hunav_drake.systems.people import gait as mut
+from hunav_drake.systems.people.figure_config import adult_figures
 
 DT = 0.05
+ADULT = adult_figures(1)
 
 
 def walker(speed: float, yaw: float = 0.0, direction: float | None = None):
@@ -65,7 +67,7 @@ def test_a_person_who_stands_stays_upright_with_legs_together():
     still = walker(0.0, yaw=1.0)
     gait = walk_gait(still, 100, standing(0.7))
     np.testing.assert_array_equal(gait, [0.7, 0.0, *still[:2]])
-    (q,) = mut.pose_figures(gait, still)
+    (q,) = mut.pose_figures(gait, still, ADULT)
     np.testing.assert_array_equal(q[:3], still[:3])
     assert q[mut.HIP_HEIGHT] == pytest.approx(mut.THIGH + mut.SHIN)
     np.testing.assert_array_equal(q[mut.LEFT_HIP :], 0.0)
@@ -74,7 +76,7 @@ def test_a_person_who_stands_stays_upright_with_legs_together():
 def test_a_person_who_stops_at_once_puts_the_feet_together():
     gait = walk_gait(walker(1.2), 40)
     stopped = walk_gait(walker(0.0), 40, gait)
-    (q,) = mut.pose_figures(stopped, walker(0.0))
+    (q,) = mut.pose_figures(stopped, walker(0.0), ADULT)
     assert np.abs(q[mut.LEFT_HIP :]).max() < 0.02
 
 
@@ -112,7 +114,7 @@ def test_faster_people_swing_their_legs_wider():
         for _ in range(60):
             gait = mut.advance_gait(gait, state, DT)
             come(state, DT)
-            angles.append(mut.pose_figures(gait, state)[0, mut.LEFT_HIP])
+            angles.append(mut.pose_figures(gait, state, ADULT)[0, mut.LEFT_HIP])
         swings.append(np.ptp(angles))
     assert np.all(np.diff(swings) > 0)
 
@@ -126,7 +128,7 @@ def test_a_person_who_steps_back_turns_the_stride_back():
 
 @given(st.floats(0, 2 * np.pi), st.floats(-3.0, 3.0))
 def test_one_foot_is_on_the_floor_and_none_below(phase, pace):
-    (q,) = mut.pose_figures(np.array([phase, pace, 0, 0]), walker(0.0))
+    (q,) = mut.pose_figures(np.array([phase, pace, 0, 0]), walker(0.0), ADULT)
     assert soles(q)[:, 1].min() == pytest.approx(0.0, abs=1e-12)
     assert 0.7 < q[mut.HIP_HEIGHT] < 1.0
 
@@ -139,7 +141,7 @@ def test_the_foot_that_bears_the_weight_hardly_slips():
     state = walker(speed)
     for _ in range(2000):
         gait = mut.advance_gait(gait, state, step)
-        feet = soles(mut.pose_figures(gait, state)[0])
+        feet = soles(mut.pose_figures(gait, state, ADULT)[0])
         come(state, step)
         foot = int(np.argmin(feet[:, 1])) // 2
         x = feet[2 * foot : 2 * foot + 2, 0].mean()
@@ -150,7 +152,9 @@ def test_the_foot_that_bears_the_weight_hardly_slips():
 
 
 def test_arms_swing_against_the_legs():
-    (q,) = mut.pose_figures(np.array([np.pi / 2, 1.2, 0, 0]), walker(1.2))
+    (q,) = mut.pose_figures(
+        np.array([np.pi / 2, 1.2, 0, 0]), walker(1.2), ADULT
+    )
     assert q[mut.LEFT_HIP] > 0.2 > -0.2 > q[mut.RIGHT_HIP]
     assert q[mut.LEFT_SHOULDER] < -0.2 < 0.2 < q[mut.RIGHT_SHOULDER]
 

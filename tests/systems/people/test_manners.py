@@ -14,6 +14,7 @@ from hunav_drake.systems.common.layout import (
     Signal,
 )
 from hunav_drake.systems.people import manners as mut
+from hunav_drake.systems.people.figure_config import adult_figures
 from hunav_drake.systems.people.gait import (
     FIGURE_SIZE,
     HIP_HEIGHT,
@@ -48,10 +49,11 @@ def after(seconds, signals, states, robots=NO_ROBOTS, start=None):
     return manners
 
 
-def figures(manners, states):
+def figures(manners, states, bodies=None):
     n = len(states) // 7
-    walking = pose_figures(initial_gait(n), states)
-    return mut.hold_figures(walking, manners), walking
+    bodies = adult_figures(n) if bodies is None else bodies
+    walking = pose_figures(initial_gait(n), states, bodies)
+    return mut.hold_figures(walking, manners, bodies), walking
 
 
 def test_silent_people_walk_as_before():

@@ -13,6 +13,7 @@ import pytest
 
 from hunav_drake.systems.common.layout import SILENT, Activity, Posture, Signal
 from hunav_drake.systems.people import gait
+from hunav_drake.systems.people.figure_config import adult_figures
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.scene import AddScene, SceneConfig, SceneInputs
@@ -397,7 +398,7 @@ def test_who_is_absent_is_far_away_and_comes_back_standing():
     after = gait.advance_gait(before, states.ravel(), 0.05)
     assert np.isfinite(after).all()
     assert after[gait.GAIT_SIZE + gait.PACE] == 0.0
-    figures = gait.pose_figures(after, states.ravel())
+    figures = gait.pose_figures(after, states.ravel(), adult_figures(2))
     assert np.isfinite(figures).all()
     assert figures[0, gait.BASE_X] == 0.0
     assert figures[1, gait.BASE_X] == gait.ABSENT

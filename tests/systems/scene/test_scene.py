@@ -211,7 +211,7 @@ def test_who_is_distracted_looks_at_a_telephone():
     )
     # Seen from the hips, in meters: as far off as an arm is long.
     assert 0.2 < np.linalg.norm(telephone - eyes) < 0.5
-    assert np.hypot(*(telephone - dut["holding_hand"])[:2]) < 0.1
+    assert np.hypot(*(telephone - dut["telephone_hand"])[:2]) < 0.1
     assert abs(telephone[1]) < 0.1
     outward = (screen - telephone) / np.linalg.norm(screen - telephone)
     to_eyes = (eyes - telephone) / np.linalg.norm(eyes - telephone)

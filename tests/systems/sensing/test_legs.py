@@ -8,10 +8,26 @@ import pytest
 import shapely
 
 from hunav_drake import HumanConfig
-from hunav_drake.systems.common.layout import STATE_SIZE
-from hunav_drake.systems.people.gait import GAIT_SIZE, initial_gait
-from hunav_drake.systems.people.legs import legs_at
-from hunav_drake.systems.scene import AddScene
+from hunav_drake.systems.common.layout import (
+    SILENT,
+    STATE_SIZE,
+    Posture,
+    Signal,
+)
+from hunav_drake.systems.people.figure_config import (
+    FigureConfig,
+    Figures,
+    adult_figures,
+    figure_rows,
+)
+from hunav_drake.systems.people.gait import (
+    GAIT_SIZE,
+    initial_gait,
+    pose_figures,
+)
+from hunav_drake.systems.people.legs import RIM, WHEEL, WHEEL_Y, legs_at
+from hunav_drake.systems.people.manners import hold_figures
+from hunav_drake.systems.scene import AddScene, SceneInputs
 from hunav_drake.systems.sensing import Lidar, LidarConfig
 from hunav_drake.systems.world.shapes import World
 from tests.systems.sensing.scans import fix, rows, scan
@@ -32,16 +48,34 @@ def walking_states():
 class Walkers:
     """Figures of a scene, and a lidar, with the same people."""
 
-    def __init__(self):
+    def __init__(self, figures=None, signals=None):
         self.states = walking_states()
+        n = len(self.states)
         builder = DiagramBuilder()
         humans = [
-            HumanConfig(pose=row[:3], radius=row[6]) for row in self.states
+            HumanConfig(pose=row[:3], radius=row[6], figure=figure)
+            for row, figure in zip(
+                self.states, figures or [FigureConfig()] * n, strict=True
+            )
         ]
-        self.scene = AddScene(builder, World(), humans)
+        inputs = None if signals is None else SceneInputs(sayings=[{}] * n)
+        self.scene = AddScene(builder, World(), humans, inputs=inputs)
+        self.rows = figure_rows([it.figure for it in humans])
+        lively = signals is not None
         self.lidar = builder.AddSystem(
-            Lidar(LidarConfig(), num_humans=len(humans))
+            Lidar(
+                LidarConfig(),
+                num_humans=n,
+                figures=Figures(self.rows, lively=lively),
+            )
         )
+        if lively:
+            builder.ExportInput(
+                self.scene.system.GetInputPort("social_signals"), "signals"
+            )
+            builder.ConnectInput(
+                "signals", self.lidar.GetInputPort("social_signals")
+            )
         builder.ExportInput(self.scene.human_states, "people")
         builder.ConnectInput("people", self.lidar.get_human_states_input_port())
         builder.ExportInput(self.lidar.get_robot_state_input_port(), "robot")
@@ -51,12 +85,22 @@ class Walkers:
         for name, value in (
             ("people", self.states.ravel()),
             ("robot", rows((50, 50))[0]),
+            *([("signals", signals)] if lively else []),
         ):
             self.diagram.GetInputPort(name).FixValue(self.context, value)
 
     def gait(self):
         own = self.lidar.GetMyContextFromRoot(self.context)
         return own.get_discrete_state(1).value().copy()
+
+    def legs(self, height):
+        own = self.lidar.GetMyContextFromRoot(self.context)
+        groups = own.get_discrete_state()
+        states = self.states.ravel()
+        figures = pose_figures(groups.value(1), states, self.rows)
+        if groups.num_groups() > 2:
+            figures = hold_figures(figures, groups.value(2), self.rows)
+        return legs_at(figures, states, self.rows, height)
 
     def outline(self, i, side, height):
         """Points where a plane cuts the leg of a figure, shape (k, 2)."""
@@ -95,13 +139,71 @@ def edges_cut(p, faces, height):
         yield from (one[cut] + part * (other[cut] - one[cut]))[:, :2]
 
 
+VARIED = [
+    FigureConfig(age=6),
+    FigureConfig(height=1.95),
+    FigureConfig(build=1.3),
+    FigureConfig(wheelchair=True, height=1.5),
+]
+
+
 @pytest.mark.parametrize("height", [0.15, 0.3, 0.5, 0.7])
 def test_the_ellipses_are_the_cuts_of_the_figures(height):
-    dut = Walkers()
+    gaps = gaps_of_cuts(Walkers(), (0.5, 1.0, 1.35), height)
+    print(f"largest {max(gaps):.4f} m, median {np.median(gaps):.4f} m")
+    assert len(gaps) == 24
+    assert np.median(gaps) < 0.005
+    assert max(gaps) < 0.02
+
+
+@pytest.mark.parametrize("height", [0.15, 0.3])
+def test_figures_of_all_sizes_are_seen_as_they_are_drawn(height):
+    gaps = gaps_of_cuts(Walkers(VARIED), (0.5, 1.0, 1.35), height)
+    assert len(gaps) == 24
+    assert max(gaps) < 0.02
+
+
+def test_who_sits_is_seen_sitting():
+    signals = np.tile(SILENT, (len(SPEEDS), 1))
+    signals[:, Signal.POSTURE] = Posture.SEATED
+    dut = Walkers(VARIED, signals.ravel())
+    # (They sit down, then sit.)
+    gaps = gaps_of_cuts(dut, (0.3, 0.6, 3.0), 0.2)
+    assert max(gaps) < 0.02
+    legs = dut.legs(0.2)[: 2 * len(SPEEDS)]
+    ahead = (legs[:, :2] - np.repeat(dut.states[:, :2], 2, axis=0)) @ np.array(
+        [np.cos(legs[0, 2]), np.sin(legs[0, 2])]
+    )
+    # The shins of the child and of the adults, in front of the seat.
+    assert ahead[0] == pytest.approx(0.42 * 0.69, abs=0.05)
+    assert dut.lidar.GetInputPort("social_signals").size() == signals.size
+
+
+def test_a_wheelchair_has_wheels_beside_the_feet():
+    person = rows((0, 0, np.pi / 2), radius=0.35)
+    config = LidarConfig(num_rays=9, field_of_view=0.2)
+    figures = Figures(figure_rows([FigureConfig(wheelchair=True)]))
+    dut = Lidar(config, num_humans=1, figures=figures)
+    context = dut.CreateDefaultContext()
+    fix(dut, context, robot=(3, -0.15, np.pi), people=person)
+    found = dut.get_scan_output_port().Eval(context)
+    # From the side: at the height of the lidar, the wheel is as long as this.
+    half = np.sqrt(WHEEL**2 - (config.height - WHEEL) ** 2)
+    side = 3 - WHEEL_Y - RIM
+    across = side * np.tan(config.angles())
+    on_wheel = np.abs(across) < half - 0.06
+    assert found[on_wheel] == pytest.approx(
+        side / np.cos(config.angles()[on_wheel]), abs=0.02
+    )
+    assert on_wheel.sum() >= 5
+
+
+def gaps_of_cuts(dut, times, height):
+    """Returns how far ellipses are from the cuts of legs, in meters."""
     gaps = []
-    for time in (0.5, 1.0, 1.35):
+    for time in times:
         dut.simulator.AdvanceTo(time)
-        legs = legs_at(dut.gait(), dut.states.ravel(), height)
+        legs = dut.legs(height)[: 2 * len(SPEEDS)]
         for k, (x, y, yaw, a, b) in enumerate(legs):
             side = "left" if k % 2 == 0 else "right"
             points = dut.outline(k // 2, side, height)
@@ -111,10 +213,7 @@ def test_the_ellipses_are_the_cuts_of_the_figures(height):
             ring = np.column_stack([a * np.cos(angles), b * np.sin(angles)])
             ellipse = shapely.Polygon(ring @ [[c, s], [-s, c]] + [x, y])
             gaps.append(shapely.hausdorff_distance(cut, ellipse))
-    print(f"largest {max(gaps):.4f} m, median {np.median(gaps):.4f} m")
-    assert len(gaps) == 24
-    assert np.median(gaps) < 0.005
-    assert max(gaps) < 0.02
+    return gaps
 
 
 def test_scene_and_lidar_walk_in_step():
@@ -149,10 +248,11 @@ def test_a_foot_in_the_air_is_above_a_low_plane():
     gait[1] = 1.4
     states = rows((0, 0))
     states[0, 3] = 1.4
-    on_floor = []
+    on_floor, adult = [], adult_figures(1)
     for phase in np.linspace(0, 2 * np.pi, 40, endpoint=False):
         gait[0] = phase
-        legs = legs_at(gait, states.ravel(), 0.03)
+        figures = pose_figures(gait, states.ravel(), adult)
+        legs = legs_at(figures, states.ravel(), adult, 0.03)
         on_floor.append((legs[:, 3] > 0).sum())
     assert set(on_floor) == {1, 2}
 
