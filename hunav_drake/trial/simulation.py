@@ -371,7 +371,7 @@ def _result(
         dataclasses.replace(
             _recording_of(part, diagram, context).since(since),
             hunavsim_forces=config.forces == "hunavsim",
-            doors=doors_of(scenario.places, scenario.world) or None,
+            doors=doors_of(scenario.places, scenario.world),
             robot_name=part.name,
             end_time=end.time,
         )

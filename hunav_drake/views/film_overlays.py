@@ -21,6 +21,7 @@ from hunav_drake.systems.scene.overlays.tags import (
     Colors,
     activity_text,
     bubble_text,
+    tag_lift,
     tag_picture,
     tag_text,
 )
@@ -153,8 +154,9 @@ class FilmOverlays:
         words = self._trial.Activities(shot.time)
         for i, row in enumerate(shot.humans):
             place = row[[X, Y]]
+            human = self._trial.humans[i]
+            lift = tag_lift(human.figure.tall)
             if "names" in self._shown:
-                human = self._trial.humans[i]
                 stands = math.hypot(row[VX], row[VY]) < STANDING_SPEED
                 activity = activity_text(words[i], stands)
                 text = tag_text(
@@ -162,9 +164,11 @@ class FilmOverlays:
                     human.behavior_name,
                     "reacts" if reacts[i] else activity,
                 )
-                yield _Board(place, TAG_Z, text, REACTING if signs[i] else CALM)
+                colors = REACTING if signs[i] else CALM
+                yield _Board(place, TAG_Z + lift, text, colors)
             if "speech" in self._shown and says[i]:
-                yield _Board(place, BUBBLE_Z, bubble_text(says[i]), SPEECH)
+                text = bubble_text(says[i])
+                yield _Board(place, BUBBLE_Z + lift, text, SPEECH)
         for name, row in zip(self._trial.robots, shot.robots, strict=True):
             # Only several robots have names.
             if name and "names" in self._shown:

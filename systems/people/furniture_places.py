@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.people.places import (
     PLACE_TYPES,
@@ -59,10 +60,11 @@ def with_furniture(places: Sequence[Place], world: World) -> list[Place]:
     return [*listed, *(dataclasses.replace(it, id=next(free)) for it in found)]
 
 
-def doors_of(
-    places: Sequence[Place], world: World
-) -> list[tuple[float, float]]:
-    """Returns the centers of doors among places and furniture, in meters."""
+def doors_of(places: Sequence[Place], world: World) -> Array | None:
+    """Returns the centers of doors among places and furniture, if any.
+
+    Shape (k, 2), in W, in meters.
+    """
     centers = [(it.pose[0], it.pose[1]) for it in places if it.type == "door"]
     for it in world.furniture:
         x, y = it.center
@@ -70,7 +72,7 @@ def doors_of(
         away = (math.dist((x, y), center) for center in centers)
         if name_of(it) == "door_frame" and min(away, default=_ROOM) >= _ROOM:
             centers.append((x, y))
-    return centers
+    return np.array(centers) if centers else None
 
 
 def _places_of(world: World) -> list[Place]:

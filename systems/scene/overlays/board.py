@@ -27,6 +27,7 @@ from hunav_drake.systems.scene.overlays.tags import (
     WORDS,
     TagBoard,
     bubble_text,
+    tag_lift,
     tag_text,
 )
 from hunav_drake.systems.scene.palette import (
@@ -125,10 +126,16 @@ class Board:
         self.sayings = tuple(sayings or ())
         self.activities = [*ACTIVITIES, *(WORDS.values() if sayings else ())]
         # The boards that face the camera, each with its height.
-        self.boards = [(self.OfPerson("names", it), TAG_Z) for it in names]
+        higher = [tag_lift(it.figure.tall) for it in humans]
+        self.boards = [
+            (self.OfPerson("names", name), TAG_Z + lift)
+            for name, lift in zip(names, higher, strict=True)
+        ]
         self.boards += [
-            (self.OfPerson("speech", name), BUBBLE_Z)
-            for name, texts in zip(names, self.sayings, strict=False)
+            (self.OfPerson("speech", name), BUBBLE_Z + lift)
+            for name, lift, texts in zip(
+                names, higher, self.sayings, strict=False
+            )
             if texts
         ]
 

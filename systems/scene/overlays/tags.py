@@ -82,6 +82,11 @@ def activity_text(word: str, is_still: bool) -> str:
     return ""
 
 
+def tag_lift(tall: float) -> float:
+    """Returns how much higher the tags of somebody tall are, in meters."""
+    return 1.7 * max(tall - 1.0, 0.0)
+
+
 def bubble_text(text: str) -> str:
     """Returns the text of a bubble with what a person says."""
     return _cut(f"\u201c{text}\u201d")
