@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+import itertools
 import math
 from typing import Annotated, Literal, get_args
 
@@ -50,6 +51,9 @@ _SECONDS: dict[PlaceType, float] = {
 
 # The largest distance of a seat from where people sit down on it, in meters.
 _REACH = 3.0
+
+# The least distance of two slots, in meters.
+_APART = 0.2
 
 # The places before a screen without slots: how many, how far, in meters, and up
 # to which angle on either side.
@@ -113,6 +117,14 @@ class Place:
         ]
 
     def __post_init__(self) -> None:
+        for (i, a), (k, b) in itertools.combinations(enumerate(self.slots), 2):
+            away = math.dist(a[:2], b[:2])
+            if away < _APART:
+                raise fault(
+                    f"slots[{k}]: must be at least {_APART:g} m from"
+                    f" slots[{i}], got {away:.3g}: two people cannot use both;"
+                    " move or remove one"
+                )
         slots = len(self.slots) or 1
         if self.approaches and len(self.approaches) != slots:
             raise fault(

@@ -175,3 +175,25 @@ def test_a_screen_has_places_before_it_and_is_looked_at():
         assert (off[still] < 0.4).all()
     assert watched == 3
     assert {stage.statuses(i)["it"] for i in range(3)} == {0}
+
+
+@pytest.mark.parametrize(
+    ("more", "fault"),
+    [
+        (
+            {"slots": [(0, 0, 0), (5, 0, 0), (0, 0.1, 1)]},
+            r"slots\[2\]: must be at least 0.2 m from slots\[0\], got 0.1",
+        ),
+        (
+            {"slots": [(0, 0, 0), (1, 0, 0)], "approaches": [(0, 1)]},
+            "approaches: must be 2, one for each slot, got 1",
+        ),
+        (
+            {"approaches": [(0, 4)]},
+            r"approaches\[0\]: must be within 3 m of its slot, got 4",
+        ),
+    ],
+)
+def test_slots_and_approaches_must_make_sense(more, fault):
+    with pytest.raises(ValueError, match=fault):
+        Place(type="seat", pose=(0, 0, 0), **more)
