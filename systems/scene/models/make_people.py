@@ -200,8 +200,11 @@ def _wheel(outer: float, inner: float, half: float) -> TriangleMesh:
 
 def _upright(mesh: TriangleMesh) -> TriangleMesh:
     """Turns a mesh from the floor's plane into the plane of a wheel."""
-    turn = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
-    return TriangleMesh(mesh.vertices @ turn, mesh.normals @ turn, mesh.faces)
+    vertices, normals = (
+        it[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+        for it in (mesh.vertices, mesh.normals)
+    )
+    return TriangleMesh(vertices, normals, mesh.faces)
 
 
 def _spoke(angle: float) -> list[list[float]]:
