@@ -69,6 +69,9 @@ SHOE_SECTIONS: Array = np.array(
 for _sections in (THIGH_SECTIONS, SHIN_SECTIONS, SHOE_SECTIONS):
     _sections.setflags(write=False)
 
+# The half axes of the trunk along x and y, and its height, in meters.
+TRUNK_X, TRUNK_Y, TRUNK_Z = 0.105, 0.165, 0.6
+
 # A wheelchair: where the hips are in it, ahead of its person's middle; the
 # radius of its large wheels, the half distance between them, and half their
 # width, in meters.
@@ -93,8 +96,10 @@ def legs_at(
     """Returns the cuts of a plane at a height, in meters, with legs of people.
 
     They are approximated by ellipses. That of a leg which does not reach the
-    plane, as a foot in the air above it, has half axes of 0. The wheels of
-    wheelchairs follow.
+    plane, as a foot in the air above it, has half axes of 0. Where the plane is
+    above the hips, as of children and of people who sit, it meets the trunk, in
+    place of the left leg, and what is left of both thighs, in place of the
+    right one. The wheels of wheelchairs follow.
 
     Args:
         figures: From `pose_figures` or `hold_figures`.
@@ -128,6 +133,18 @@ def legs_at(
             x, a, b = _leg_at(hip - lean, knee, below, width, tall)
             y = width * (HIP_Y if side == 0 else -HIP_Y)
             _put(result[2 * i + side], q, x + off, y, a, b)
+        above = height - q[HIP_HEIGHT]
+        if 0.0 <= above <= TRUNK_Z * tall and abs(lean) < 1.0:
+            # Thighs that still reach the plane count as one.
+            if result[2 * i + 1, 3] > 0.0:
+                x, a, b = _leg_at(
+                    q[RIGHT_HIP] - lean, q[RIGHT_KNEE], -above, width, tall
+                )
+                b += width * HIP_Y
+                _put(result[2 * i + 1], q, x + off, 0.0, a, b)
+            x = off + above * math.sin(lean)
+            a, b = width * TRUNK_X, width * TRUNK_Y
+            _put(result[2 * i], q, x, 0.0, a, b)
         if bodies[i, WHEELED] > 0.0 and height < 2 * WHEEL:
             a = math.sqrt(WHEEL**2 - (height - WHEEL) ** 2)
             for y in (WHEEL_Y, -WHEEL_Y):

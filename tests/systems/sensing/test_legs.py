@@ -25,9 +25,17 @@ from hunav_drake.systems.people.gait import (
     initial_gait,
     pose_figures,
 )
-from hunav_drake.systems.people.legs import RIM, WHEEL, WHEEL_Y, legs_at
+from hunav_drake.systems.people.legs import (
+    RIM,
+    TRUNK_X,
+    WHEEL,
+    WHEEL_Y,
+    WHEELCHAIR_X,
+    legs_at,
+)
 from hunav_drake.systems.people.manners import hold_figures
 from hunav_drake.systems.scene import AddScene, SceneInputs
+from hunav_drake.systems.scene.models.make_people import make_people
 from hunav_drake.systems.sensing import Lidar, LidarConfig
 from hunav_drake.systems.world.shapes import World
 from tests.systems.sensing.scans import fix, rows, scan
@@ -177,6 +185,37 @@ def test_who_sits_is_seen_sitting():
     # The shins of the child and of the adults, in front of the seat.
     assert ahead[0] == pytest.approx(0.42 * 0.69, abs=0.05)
     assert dut.lidar.GetInputPort("social_signals").size() == signals.size
+
+
+@pytest.mark.parametrize(
+    ("figure", "height"),
+    [
+        (FigureConfig(age=3), 0.65),
+        (FigureConfig(age=3), 0.7),
+        (FigureConfig(wheelchair=True), 0.7),
+    ],
+)
+def test_a_plane_above_the_legs_meets_the_trunk(figure, height):
+    person = rows((2, 0, np.pi), radius=0.35)
+    config = LidarConfig(num_rays=1801, field_of_view=0.5, height=height)
+    figures = Figures(figure_rows([figure]))
+    dut = Lidar(config, num_humans=1, figures=figures)
+    context = dut.CreateDefaultContext()
+    fix(dut, context, people=person)
+    found = dut.get_scan_output_port().Eval(context)
+    met = found < config.range_max
+    off = WHEELCHAIR_X if figure.wheelchair else 0.0
+    front = 2 - off - TRUNK_X * figure.wide
+    # (Of who sits, thighs are before it.)
+    sits = 0.15 if figure.wheelchair else 0.0
+    assert front - sits - 1e-3 < found.min() <= front + 1e-3
+    # It is one piece, as wide as the drawn torso.
+    edges = np.flatnonzero(np.diff(met.astype(int)))
+    assert len(edges) == 2
+    width = np.ptp(np.tan(config.angles()[edges])) * (2 - off)
+    torso = make_people()["torso"].vertices
+    drawn = np.ptp(torso[abs(torso[:, 2] - 0.15) < 0.01][:, 1]) * figure.wide
+    assert width == pytest.approx(drawn, rel=0.1)
 
 
 def test_a_wheelchair_has_wheels_beside_the_feet():
