@@ -98,7 +98,7 @@ class HumanConfig:
 
     body_radius: BodyRadius | None = None
     """Radius of the body, which no other body overlaps, in meters; by default
-    `radius`, but at most 0.25 m."""
+    `radius`, but at most 0.25 m unless the person is in a wheelchair."""
 
     group_id: Annotated[Integer, Field(ge=-(2**31), le=MAX_GROUP_ID)] = -1
     """Group of the person: people with the same number (>= 0) walk together.
@@ -171,9 +171,11 @@ class HumanConfig:
     @property
     def contact_radius(self) -> float:
         """The radius of the body, which no other body overlaps, in meters."""
-        if self.body_radius is None:
-            return min(self.radius, LARGEST_BODY)
-        return self.body_radius
+        if self.body_radius is not None:
+            return self.body_radius
+        if self.figure.wheelchair:
+            return self.radius
+        return min(self.radius, LARGEST_BODY)
 
     @property
     def behavior_name(self) -> str:

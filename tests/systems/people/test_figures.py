@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake import LoadScenario, SaveScenario, ScenarioError
+from hunav_drake import HumanConfig, LoadScenario, SaveScenario, ScenarioError
 from hunav_drake.systems.people.figure_config import (
     FigureConfig,
     figure_rows,
@@ -98,6 +98,17 @@ def test_who_is_in_a_wheelchair_sits_and_pushes_with_both_hands():
     np.testing.assert_array_equal(left, right)
     assert np.ptp(left) > 0.2
     assert (found[:, BASE_X] == 2.0).all()
+
+
+def test_the_body_of_a_wheelchair_is_the_whole_disc():
+    def radius(**more):
+        wheels = FigureConfig(wheelchair=True)
+        person = {"pose": (0, 0, 0), "radius": 0.35, "figure": wheels}
+        return HumanConfig(**person | more).contact_radius
+
+    assert radius() == 0.35
+    assert radius(figure=FigureConfig()) == 0.25
+    assert radius(body_radius=0.3) == 0.3
 
 
 def drawn(**values):
