@@ -32,8 +32,9 @@ from hunav_drake.systems.people.figure_config import FigureConfig
 from hunav_drake.systems.people.parameters import SocialForceParameters
 from hunav_drake.systems.people.track_config import TrackConfig
 
-# The largest radius of a body for which none is given, in meters.
-LARGEST_BODY = 0.25
+# The largest radius of a body for which none is given, in meters; in a
+# wheelchair, half its width.
+LARGEST_BODY, WHEELCHAIR_BODY = 0.25, 0.3
 
 ForcesMode = Literal["custom", "default", "random_normal", "random_uniform"]
 
@@ -98,7 +99,7 @@ class HumanConfig:
 
     body_radius: BodyRadius | None = None
     """Radius of the body, which no other body overlaps, in meters; by default
-    `radius`, but at most 0.25 m unless the person is in a wheelchair."""
+    `radius`, but at most 0.25 m, in a wheelchair 0.3 m."""
 
     group_id: Annotated[Integer, Field(ge=-(2**31), le=MAX_GROUP_ID)] = -1
     """Group of the person: people with the same number (>= 0) walk together.
@@ -173,9 +174,8 @@ class HumanConfig:
         """The radius of the body, which no other body overlaps, in meters."""
         if self.body_radius is not None:
             return self.body_radius
-        if self.figure.wheelchair:
-            return self.radius
-        return min(self.radius, LARGEST_BODY)
+        sits = self.figure.wheelchair
+        return min(self.radius, WHEELCHAIR_BODY if sits else LARGEST_BODY)
 
     @property
     def behavior_name(self) -> str:

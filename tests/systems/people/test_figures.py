@@ -30,6 +30,7 @@ from hunav_drake.systems.people.gait import (
     reach,
     seated_knee,
 )
+from hunav_drake.systems.people.legs import RIM, WHEEL_Y
 from hunav_drake.systems.people.population import draw_population
 from hunav_drake.systems.people.population_config import (
     CohortConfig,
@@ -100,15 +101,15 @@ def test_who_is_in_a_wheelchair_sits_and_pushes_with_both_hands():
     assert (found[:, BASE_X] == 2.0).all()
 
 
-def test_the_body_of_a_wheelchair_is_the_whole_disc():
+def test_the_body_of_a_wheelchair_is_as_wide_as_it_is():
     def radius(**more):
         wheels = FigureConfig(wheelchair=True)
         person = {"pose": (0, 0, 0), "radius": 0.35, "figure": wheels}
         return HumanConfig(**person | more).contact_radius
 
-    assert radius() == 0.35
+    assert radius() == 0.3 == pytest.approx(WHEEL_Y + RIM, abs=0.01)
     assert radius(figure=FigureConfig()) == 0.25
-    assert radius(body_radius=0.3) == 0.3
+    assert radius(body_radius=0.33) == 0.33
 
 
 def drawn(**values):
