@@ -23,8 +23,7 @@ TALL, WIDE, WHEELED = range(3)
 BODY_SIZE = 3
 
 # Ages, in years, and the median heights of children, in meters: the growth
-# curves of the WHO (2006, 2007), the mean of girls and boys, as parts of those
-# at 18.
+# curves of the WHO (2006, 2007), the mean of girls and boys, to about 5 mm.
 _AGES = (3.0, 5.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0)
 _HEIGHTS = (0.955, 1.096, 1.272, 1.382, 1.503, 1.616, 1.675, 1.70)
 
@@ -62,7 +61,7 @@ class FigureConfig:
     behavior "distracted", a telephone."""
 
     carries: Luggage = "nothing"
-    """What the person carries: a backpack, or a bag in the left hand."""
+    """What the person carries: a backpack, or a bag over the shoulder."""
 
     wheelchair: StrictBool = False
     """Whether the person is in a wheelchair."""

@@ -207,8 +207,8 @@ def _draw_figures(
             age=max(age, YOUNGEST),
             height=float(np.clip(height, *HEIGHTS)),
             build=float(np.clip(build, *BUILDS)),
-            hair=_HAIR_OF[bool(is_woman)][int(hair * 3)],
-            carries=_CARRIED[int(luggage * len(_CARRIED))],
+            hair=_pick(hair, _HAIR_OF[bool(is_woman)]),
+            carries=_pick(luggage, _CARRIED),
         )
         for age, height, build, is_woman, hair, luggage in zip(
             *(bodies.ages.tolist(), heights, radii, bodies.is_woman),
@@ -216,6 +216,11 @@ def _draw_figures(
             strict=True,
         )
     ]
+
+
+def _pick[T](draw: float, things: Sequence[T]) -> T:
+    """Returns one of some things, by a draw in [0, 1)."""
+    return things[int(draw * len(things))]
 
 
 def draw_groups(members: Members, streams: Streams) -> list[list[int]]:

@@ -85,13 +85,19 @@ def _check_start(area: Area) -> Area:
     return area
 
 
-def _check_radii(radii: tuple[float, float]) -> tuple[float, float]:
-    low, high = radii
-    if high < low:
-        raise fault(
-            f"must be a least and a largest radius, got {low:g} and {high:g} m"
-        )
-    return radii
+def _range_of(what: str, unit: str = "") -> AfterValidator:
+    """Returns the check of a range: a least and a largest value."""
+
+    def check(ends: tuple[float, float]) -> tuple[float, float]:
+        low, high = ends
+        if high < low:
+            raise fault(
+                f"must be a least and a largest {what}, got {low:g} and"
+                f" {high:g}{unit}"
+            )
+        return ends
+
+    return AfterValidator(check)
 
 
 @plain_errors
@@ -117,24 +123,12 @@ class SpeedDistribution:
         return self
 
 
-def _check_levels(levels: tuple[float, float]) -> tuple[float, float]:
-    low, high = levels
-    if high < low:
-        raise fault(
-            f"must be a least and a largest level, got {low:g} and {high:g}"
-        )
-    return levels
-
-
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
 class MemberNeedConfig:
     """A need of people who are drawn: see `NeedConfig`."""
 
-    initial: Annotated[tuple[Level, Level], AfterValidator(_check_levels)] = (
-        0.0,
-        100.0,
-    )
+    initial: Annotated[tuple[Level, Level], _range_of("level")] = (0.0, 100.0)
     """Range of the levels at the start, which are drawn uniformly."""
 
     rate: NeedRate = 1.0
@@ -183,10 +177,7 @@ class MembersConfig:
     """Source of the factors of the forces: as in `forces` ("custom"), as in
     HuNavSim ("default"), or drawn for each person."""
 
-    body_radius: Annotated[BodyRadii, AfterValidator(_check_radii)] = (
-        0.2,
-        0.25,
-    )
+    body_radius: Annotated[BodyRadii, _range_of("radius", " m")] = (0.2, 0.25)
     """Range of the radii of bodies, which are drawn uniformly, in meters."""
 
     behaviors: Annotated[

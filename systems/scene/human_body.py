@@ -83,11 +83,11 @@ def AddHumanBody(
 ) -> list[Joint]:
     """Adds the figure of a person to a plant as a model instance.
 
-    The figure faces +x at yaw 0. It has eight bodies ("base",
-    "trunk", and "thigh", "shin" and "arm" on each side) with eight joints and
-    ten positions, no mass, and no collision geometry. A disc on the floor shows
-    the person's radius in the crowd; it has no perception role, so simulated
-    cameras do not see it.
+    The figure faces +x at yaw 0. It has eight bodies ("base", "trunk", and
+    "thigh", "shin" and "arm" on each side) with eight joints and ten positions,
+    no mass, and no collision geometry. A disc on the floor shows the person's
+    radius in the crowd; it has no perception role, so simulated cameras do not
+    see it.
 
     Args:
         plant: A plant that is registered with a SceneGraph and not finalized.

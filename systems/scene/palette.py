@@ -162,6 +162,7 @@ def clothes(index: int, figure: FigureConfig | None = None) -> Clothes:
     differ in something else.
     """
     age = ADULT_AGE if figure is None else figure.age
+    # (Of children, hair is neither gray nor dyed.)
     hair = _HAIR if age >= ADULT_AGE else _HAIR[:4]
     return Clothes(
         top=TOPS[index % len(TOPS)],
