@@ -33,10 +33,15 @@ def chords_within(
     inside, stays = _within(first, reach), _within(last, reach)
     c = (first * first).sum(axis=-1) - reach * reach
     with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(b * b - a * c)
+        square = b * b - a * c
+        # (By rounding, it may be negative where an end is at the border.)
+        square = np.where(inside | stays, np.maximum(square, 0.0), square)
+        root = np.sqrt(square)
         # This form of the roots avoids cancellation.
         q = -(b + np.copysign(root, b))
-        roots = np.sort(np.stack([q / a, c / q]), axis=0)
+        # (At the border, and nearest there, q = c = 0.)
+        other = np.where(q == 0, 0.0, c / q)
+        roots = np.sort(np.stack([q / a, other]), axis=0)
     begin = np.where(inside, 0.0, roots[0])
     end = np.where(stays, 1.0, roots[1])
     # It is nearest on the way, within the distance. (The signs are those of

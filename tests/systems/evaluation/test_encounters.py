@@ -247,6 +247,17 @@ def test_a_passage_that_ends_at_the_border_but_for_rounding_counts():
     np.testing.assert_allclose(end, 1.0)
 
 
+def test_who_leaves_along_the_border_exits_at_once():
+    first, last = np.array([[1.0, 0.0], [0.0, 0.0]]), np.ones((2, 2))
+    begin, end = chords_within(first, last, np.array([1.0, 0.0]))
+    np.testing.assert_array_equal([begin, end], 0.0)
+    begin, end = chords_within(last, first, np.array([1.0, 0.0]))
+    np.testing.assert_array_equal([begin, end], 1.0)
+    # The square of what the roots have is -1e-18 here.
+    last, first = np.array([-0.4, 0.0]), np.array([-0.4, 0.1])
+    np.testing.assert_array_equal(chords_within(first, last, -last[0]), 1.0)
+
+
 points = st.floats(-5, 5).map(lambda x: round(x, 3))
 chords = st.lists(points, min_size=4, max_size=4)
 
