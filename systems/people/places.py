@@ -119,7 +119,8 @@ class Place:
     def __post_init__(self) -> None:
         for (i, a), (k, b) in itertools.combinations(enumerate(self.slots), 2):
             away = math.dist(a[:2], b[:2])
-            if away < _APART:
+            # (But for rounding.)
+            if away < _APART - 1e-9:
                 raise fault(
                     f"slots[{k}]: must be at least {_APART:g} m from"
                     f" slots[{i}], got {away:.3g}: two people cannot use both;"

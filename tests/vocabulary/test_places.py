@@ -197,3 +197,9 @@ def test_a_screen_has_places_before_it_and_is_looked_at():
 def test_slots_and_approaches_must_make_sense(more, fault):
     with pytest.raises(ValueError, match=fault):
         Place(type="seat", pose=(0, 0, 0), **more)
+
+
+def test_slots_may_be_0_2_m_apart():
+    """But for rounding: 0.3 - 0.1 is less than 0.2."""
+    slots = [(0.1, 0, 0), (0.3, 0, 0)]
+    assert Place(type="seat", pose=(0, 0, 0), slots=slots).slots == slots
