@@ -297,10 +297,16 @@ class RunTable(Sequence[RunRow]):
         if not rates:
             return columns
         table = pd.DataFrame({it: columns[it] for it in rates}, about.index)
+        told = table.notna().assign(ran=~failed)
         keys = [about["scenario"], about["setting"]]
-        told = table.notna().groupby(keys, sort=False).transform("any")
-        # (If all runs of a scenario failed, it may have any.)
-        told[~told.any(axis=1)] = True
+        ours, all_ours = (
+            told.groupby(by, sort=False).transform("any")
+            for by in (keys, keys[:1])
+        )
+        # If all runs of a setting failed, it has the rates of its scenario; if
+        # all runs of that failed, it may have any.
+        told = ours.where(ours["ran"], all_ours)
+        told[~told["ran"]] = True
         for name in rates:
             missed = failed & told[name].to_numpy()
             columns[name] = np.where(missed, 0.0, columns[name])

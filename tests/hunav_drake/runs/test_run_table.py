@@ -89,11 +89,12 @@ def test_takes_little_memory():
 
 
 def test_failed_runs_count_only_for_the_robots_of_their_scenario():
-    def row(scenario, seed, metrics=None):
+    def row(scenario, seed, metrics=None, setting=""):
         end = "error" if metrics is None else "goal"
-        about = scenario, "dwb", "", seed, end, "", 1.0
+        about = scenario, "dwb", setting, seed, end, "", 1.0
         return RunRow(*about, metrics or {}, {})
 
+    nan = math.nan
     table = RunTable(
         [
             row("one", 0, {"completed": 1.0}),
@@ -101,15 +102,19 @@ def test_failed_runs_count_only_for_the_robots_of_their_scenario():
             row("two", 0, {"a.completed": 1.0, "b.completed": 0.0}),
             row("two", 1),
             row("broken", 0),
+            row("one", 0, setting="bad"),
+            # This one has no goals.
+            row("free", 0, {"completed": nan}),
+            row("free", 1),
         ]
     ).frame()
-    nan = math.nan
     names = ["completed", "a.completed", "b.completed"]
     np.testing.assert_array_equal(
         table[names],
         [
             *([1.0, nan, nan], [0.0, nan, nan], [nan, 1.0, 0.0]),
-            *([nan, 0.0, 0.0], [0.0, 0.0, 0.0]),
+            *([nan, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, nan, nan]),
+            *([nan, nan, nan], [nan, nan, nan]),
         ],
     )
     other = RunTable([row("x", 0, {"path_length": 1.0}), row("x", 1)]).frame()
