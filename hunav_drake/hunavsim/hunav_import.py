@@ -462,6 +462,18 @@ def _beside(folder: Path, other: str, name: str) -> Path | None:
     return None
 
 
+_TREES = ("BehaviorTree", "SubTree", "SubTreePlus")
+
+# What is raised for files that are no XML; the last two, for encodings.
+_UNREADABLE = (
+    OSError,
+    ParseError,
+    DefusedXmlException,
+    ValueError,
+    LookupError,
+)
+
+
 def _sets_goals(tree: Path) -> bool:
     """Returns whether the trees of a file set goals, those it includes too.
 
@@ -473,7 +485,7 @@ def _sets_goals(tree: Path) -> bool:
         if file in seen:
             continue
         seen.add(file)
-        with contextlib.suppress(OSError, ParseError, DefusedXmlException):
+        with contextlib.suppress(*_UNREADABLE):
             root = parse(file).getroot()
             left += [
                 (file.parent / it.get("path", "")).resolve()
@@ -481,6 +493,8 @@ def _sets_goals(tree: Path) -> bool:
             ]
             for behavior in root.iter("BehaviorTree"):
                 for node in behavior.iter():
-                    if "SetGoal" in (node.tag, node.get("ID")):
+                    names = {node.tag, node.get("ID")}
+                    # (Trees have an ID of their own.)
+                    if "SetGoal" in names and names.isdisjoint(_TREES):
                         return True
     return False

@@ -15,6 +15,7 @@ from hunav_drake.scenario import (
     SaveScenario,
     ScenarioError,
 )
+from hunav_drake.systems.behavior import LoadBehavior
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people.profile import own_forces
 from hunav_drake.systems.world.obstacles import inside
@@ -542,6 +543,7 @@ def test_faults_of_the_files_of_hunavsim_2(old, new, line, words, tmp_path):
         ('<SetGoal agent_id="{id}" goal_id="2"/>', True),
         ('<Action ID="SetGoal" agent_id="{id}" goal_id="2"/>', True),
         ('<AlwaysSuccess/><!-- <SetGoal goal_id="2"/> -->', False),
+        ('<SubTree ID="SetGoal"/>', False),
     ],
 )
 def test_listed_goals_are_left_out_if_the_tree_sets_goals(node, sets, tmp_path):
@@ -560,3 +562,15 @@ def test_names_that_are_too_long_for_files_are_of_none(key, tmp_path):
     file = tmp_path / "people.yaml"
     file.write_text(SECOND.replace(key, key + 300 * "l"))
     assert len(ImportAgents(file).humans) == 2
+
+
+@pytest.mark.parametrize("encoding", ["none", "utf-32"])
+def test_a_tree_in_an_unknown_encoding_is_told_of_later(encoding, tmp_path):
+    file = tmp_path / "people.yaml"
+    file.write_text(SECOND)
+    xml = f'<?xml version="1.0" encoding="{encoding}"?>{TREE}'
+    (tmp_path / "hall_agents__agent_2_bt.xml").write_text(xml)
+    luis = ImportAgents(file).humans[1]
+    assert luis.goals == [(2.0, 0.0)]
+    with pytest.raises(ValueError, match="this cannot be read as XML"):
+        LoadBehavior(luis.behavior)
