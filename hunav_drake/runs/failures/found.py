@@ -167,6 +167,8 @@ def write_failures(failures: Failures, folder: Path) -> None:
         for suffix in _SUFFIXES:
             (folder / f"{name}{suffix}").unlink(missing_ok=True)
     table, hashes = failures.table, []
+    # (Before the scenes, so that they are listed even if one raises.)
+    _write_table(folder / RANK, table)
     for i, scene in enumerate(failures.scenes):
         path = folder / f"{scene_name(i)}.yaml"
         SaveScenario(described(scene, failures.robustness), path)
@@ -187,7 +189,7 @@ def _listed_scenes(rank: Path) -> list[str]:
         return []
     with rank.open(newline="", encoding="utf-8", errors="replace") as file:
         names = [row.get("scene") or "" for row in csv.DictReader(file)]
-    return [it for it in names if re.fullmatch("[0-9]{3}", it)]
+    return [it for it in names if re.fullmatch("[0-9]{3,}", it)]
 
 
 def _run_again(scene: Scene, robustness: str, path: Path) -> str:

@@ -348,6 +348,20 @@ def test_scenes_of_an_earlier_search_are_removed(found, tmp_path):
     ]
 
 
+def test_scenes_of_a_search_that_was_interrupted_are_removed(found, tmp_path):
+    failures, _ = found
+    scene = failures.scenes[0]
+    odd = scene._replace(failing=scene.failing._replace(robustness=-9.0))
+    with pytest.raises(RuntimeError, match="does not repeat itself"):
+        write_failures(dc.replace(failures, scenes=[odd]), tmp_path)
+    (tmp_path / "1000.yaml").touch()
+    with (tmp_path / "rank.csv").open("a") as file:
+        file.write("1000,-0.1\n")
+    write_failures(dc.replace(failures, scenes=[]), tmp_path)
+    names = sorted(it.name for it in tmp_path.iterdir())
+    assert names == ["rank.csv", "tried.csv"]
+
+
 def test_a_kind_without_a_person():
     nobody = Failing(-1.0, 1.0, -1, math.nan, math.nan)
     assert kind_of_failure(nobody) == "nobody"
