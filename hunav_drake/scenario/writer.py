@@ -89,6 +89,8 @@ def plain(value: Any, *, whole: bool = True) -> Any:
     """
     if isinstance(value, list | tuple):
         return [plain(item, whole=whole) for item in value]
+    if isinstance(value, dict):
+        return {key: plain(item, whole=whole) for key, item in value.items()}
     name = known_name(value)
     # A class that is not registered has no form as data.
     nameless = hasattr(type(value), "__registry__") and name is None

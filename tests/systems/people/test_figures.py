@@ -6,7 +6,13 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake import HumanConfig, LoadScenario, SaveScenario, ScenarioError
+from hunav_drake import (
+    HumanConfig,
+    LoadScenario,
+    RunTrial,
+    SaveScenario,
+    ScenarioError,
+)
 from hunav_drake.systems.people.figure_config import (
     FigureConfig,
     figure_rows,
@@ -230,6 +236,24 @@ def test_trees_of_drawn_people_know_their_needs(tmp_path):
     assert people.population.cohorts[0].needs["thirst"].initial == (20, 40)
     with pytest.raises(ScenarioError, match="there is no need 'hunger'"):
         LoadScenario(data=json.dumps(data("hunger")))
+
+
+def test_a_trial_of_people_with_needs_has_a_scenario_that_can_be_read():
+    needs = {"thirst": {"initial": 20.0, "rate": 2.0}, "rest": {}}
+    cohort = {
+        "number": 2,
+        "start": [{"rectangle": [3, 3, 9, 9]}],
+        "needs": needs | {"thirst": {"initial": [20.0, 40.0]}},
+    }
+    data = {
+        "humans": [{"pose": [0, 3, 0], "needs": needs}],
+        "population": {"cohorts": [cohort]},
+        "robot": {"start": [0, 0, 0], "goal": [5, 0, 0]},
+        "simulation": {"duration": 0.1},
+    }
+    scenario = LoadScenario(data=json.dumps(data))
+    assert LoadScenario(data=SaveScenario(scenario)) == scenario
+    assert RunTrial(scenario).recording.num_humans == 3
 
 
 def test_levels_of_needs_are_a_range():
