@@ -16,9 +16,14 @@ Hair = Literal["short", "long", "bun", "none"]
 Held = Literal["nothing", "cup", "telephone"]
 Luggage = Literal["nothing", "backpack", "bag"]
 
-# The height of an adult figure, in meters, and the columns of a row of a
-# figure: its height and its width, in those of an adult, and 1 in a wheelchair.
-ADULT = 1.7
+# The height of an adult figure and of its neck, in meters. Heads differ less
+# than bodies, and the width of children less than their height: they are these
+# powers of the size of the body.
+ADULT, NECK = 1.7, 1.48
+HEAD_POWER, WIDTH_POWER = 0.4, 0.7
+
+# The columns of a row of a figure: the size of its body and its width, in those
+# of an adult, and 1 in a wheelchair.
 TALL, WIDE, WHEELED = range(3)
 BODY_SIZE = 3
 
@@ -68,15 +73,25 @@ class FigureConfig:
 
     @property
     def tall(self) -> float:
-        """The height, in that of an adult figure."""
-        if self.height is not None:
-            return self.height / ADULT
-        return float(height_of_age(self.age)) / ADULT
+        """The size of the body, in that of an adult figure.
+
+        With its head, which differs less, the figure has its height.
+        """
+        height = self.height
+        if height is None:
+            height = float(height_of_age(self.age))
+        tall = height / ADULT
+        # Newton's method; it converges for all heights.
+        for _ in range(4):
+            head = (ADULT - NECK) * tall**HEAD_POWER
+            missing = height - NECK * tall - head
+            tall += missing / (NECK + HEAD_POWER * head / tall)
+        return tall
 
     @property
     def wide(self) -> float:
         """The width, in that of an adult; children are slim."""
-        return float(self.build * min(self.tall, 1.0) ** 0.7)
+        return float(self.build * min(self.tall, 1.0) ** WIDTH_POWER)
 
 
 class Figures(NamedTuple):

@@ -19,7 +19,7 @@ from pydrake.multibody.tree import (
     RigidBody,
 )
 
-from hunav_drake.systems.people.figure_config import FigureConfig
+from hunav_drake.systems.people.figure_config import HEAD_POWER, FigureConfig
 from hunav_drake.systems.people.gait import THIGH
 from hunav_drake.systems.people.legs import HIP_Y, WHEELCHAIR_X, figure_width
 from hunav_drake.systems.scene.meshes import disc
@@ -113,7 +113,7 @@ def AddHumanBody(
     figure = figure or FigureConfig()
     tall, width = figure.tall, figure_width(radius) * figure.wide
     # (Children have large heads.)
-    large = tall**0.4
+    large = tall**HEAD_POWER
     head_size = [figure_width(radius) * figure.build * min(large, 1.0)] * 2
     holds = figure.holds or "nothing"
     joints: list[Joint] = []

@@ -8,6 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
+from hunav_drake.systems.people.figure_config import FigureConfig
 from hunav_drake.systems.people.gait import FIGURE_SIZE, GAIT_SIZE, SHIN, THIGH
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import (
@@ -181,6 +182,25 @@ def test_a_figure_is_a_person_high_and_no_wider_than_its_disc():
     # The feet and the nose are in front.
     assert p[p[:, 2] < 0.05, 0].max() > 0.15
     assert -p[p[:, 2] < 0.05, 0].min() < 0.10
+
+
+@pytest.mark.parametrize("height", [0.8, 0.955, 1.4, 1.7, 2.2])
+def test_a_figure_is_as_high_as_it_says(height):
+    figure = FigureConfig(height=height)
+    dut = Trial(humans=[HumanConfig(pose=(0.0, 0.0, 0.0), figure=figure)])
+    plant, inspector = dut.ports.plant, dut.inspector
+    trunk = plant.GetBodyByName("trunk").index()
+    (head,) = (
+        g
+        for g in inspector.GetGeometries(
+            plant.GetBodyFrameIdOrThrow(trunk), Role.kIllustration
+        )
+        if inspector.GetName(g).endswith("head")
+    )
+    shape = inspector.GetShape(head)
+    X_WG = dut.X_WB("human_1", "trunk") @ inspector.GetPoseInFrame(head)
+    top = (X_WG @ (mesh_vertices(shape) * shape.scale3()).T)[2].max()
+    assert top == pytest.approx(height, abs=1e-3)
 
 
 def test_who_is_distracted_looks_at_a_telephone():
