@@ -11,7 +11,13 @@ import numpy as np
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
 from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE
-from hunav_drake.systems.people.figure_config import TALL, WHEELED, WIDE
+from hunav_drake.systems.people.figure_config import (
+    HEAD_POWER,
+    TALL,
+    WHEELED,
+    WIDE,
+    WIDTH_POWER,
+)
 from hunav_drake.systems.people.gait import (
     BASE_X,
     BASE_Y,
@@ -72,6 +78,11 @@ for _sections in (THIGH_SECTIONS, SHIN_SECTIONS, SHOE_SECTIONS):
 # The half axes of the trunk along x and y, and its height, in meters.
 TRUNK_X, TRUNK_Y, TRUNK_Z = 0.105, 0.165, 0.6
 
+# The radius of the neck and the half axes of the head, along x, y and z; the
+# heights of the top of the neck and the middle of the head above the trunk.
+_NECK, _HEAD_X, _HEAD_Y, _HEAD_Z = 0.048, 0.088, 0.073, 0.108
+_NECK_TOP, _HEAD_MIDDLE = 0.06, 0.112
+
 # A wheelchair: where the hips are in it, ahead of its person's middle; the
 # radius of its large wheels, the half distance between them, and half their
 # width, in meters.
@@ -97,9 +108,10 @@ def legs_at(
 
     They are approximated by ellipses. That of a leg which does not reach the
     plane, as a foot in the air above it, has half axes of 0. Where the plane is
-    above the hips, as of children and of people who sit, it meets the trunk, in
-    place of the left leg, and what is left of both thighs, in place of the
-    right one. The wheels of wheelchairs follow.
+    above the hips, as of children and of people who sit, it meets the trunk, or
+    the neck or the head of the smallest, in place of the left leg, and what is
+    left of both thighs, in place of the right one. The wheels of wheelchairs
+    follow.
 
     Args:
         figures: From `pose_figures` or `hold_figures`.
@@ -134,23 +146,40 @@ def legs_at(
             y = width * (HIP_Y if side == 0 else -HIP_Y)
             _put(result[2 * i + side], q, x + off, y, a, b)
         above = height - q[HIP_HEIGHT]
-        if 0.0 <= above <= TRUNK_Z * tall and abs(lean) < 1.0:
+        # Along the trunk, whose middle is at x.
+        along = above / math.cos(lean)
+        a, b = _upper_at(along, width, tall)
+        if above >= 0.0 and a > 0.0 and abs(lean) < 1.0:
             # Thighs that still reach the plane count as one.
             if result[2 * i + 1, 3] > 0.0:
-                x, a, b = _leg_at(
+                x, long, half = _leg_at(
                     q[RIGHT_HIP] - lean, q[RIGHT_KNEE], -above, width, tall
                 )
-                b += width * HIP_Y
-                _put(result[2 * i + 1], q, x + off, 0.0, a, b)
-            x = off + above * math.sin(lean)
-            a, b = width * TRUNK_X, width * TRUNK_Y
-            _put(result[2 * i], q, x, 0.0, a, b)
+                half += width * HIP_Y
+                _put(result[2 * i + 1], q, x + off, 0.0, long, half)
+            x = off + along * math.sin(lean)
+            _put(result[2 * i], q, x, 0.0, a / math.cos(lean), b)
         if bodies[i, WHEELED] > 0.0 and height < 2 * WHEEL:
             a = math.sqrt(WHEEL**2 - (height - WHEEL) ** 2)
             for y in (WHEEL_Y, -WHEEL_Y):
                 _put(result[next_wheel], q, off, y, a, RIM)
                 next_wheel += 1
     return result
+
+
+@jit
+def _upper_at(along: float, width: float, tall: float) -> tuple[float, float]:
+    """Returns the half axes of trunk, neck or head, along the trunk."""
+    above = along - TRUNK_Z * tall
+    if above <= 0.0:
+        return width * TRUNK_X, width * TRUNK_Y
+    # (Children have large heads.)
+    large = tall**HEAD_POWER
+    wide = width * min(tall, 1.0) ** (HEAD_POWER - WIDTH_POWER)
+    z = above / large
+    part = max(1.0 - ((z - _HEAD_MIDDLE) / _HEAD_Z) ** 2, 0.0) ** 0.5
+    neck = _NECK if z <= _NECK_TOP else 0.0
+    return wide * max(neck, _HEAD_X * part), wide * max(neck, _HEAD_Y * part)
 
 
 @jit

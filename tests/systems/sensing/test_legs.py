@@ -15,6 +15,7 @@ from hunav_drake.systems.common.layout import (
     Signal,
 )
 from hunav_drake.systems.people.figure_config import (
+    WIDE,
     FigureConfig,
     Figures,
     adult_figures,
@@ -22,6 +23,7 @@ from hunav_drake.systems.people.figure_config import (
 )
 from hunav_drake.systems.people.gait import (
     GAIT_SIZE,
+    HIP_HEIGHT,
     initial_gait,
     pose_figures,
 )
@@ -31,9 +33,10 @@ from hunav_drake.systems.people.legs import (
     WHEEL,
     WHEEL_Y,
     WHEELCHAIR_X,
+    figure_width,
     legs_at,
 )
-from hunav_drake.systems.people.manners import hold_figures
+from hunav_drake.systems.people.manners import LEAN, LIVELY_SIZE, hold_figures
 from hunav_drake.systems.scene import AddScene, SceneInputs
 from hunav_drake.systems.scene.models.make_people import make_people
 from hunav_drake.systems.sensing import Lidar, LidarConfig
@@ -216,6 +219,31 @@ def test_a_plane_above_the_legs_meets_the_trunk(figure, height):
     torso = make_people()["torso"].vertices
     drawn = np.ptp(torso[abs(torso[:, 2] - 0.15) < 0.01][:, 1]) * figure.wide
     assert width == pytest.approx(drawn, rel=0.1)
+
+
+@pytest.mark.parametrize("height", [0.6, 0.65, 0.7])
+def test_the_smallest_are_seen_by_the_highest_planes(height):
+    figure = figure_rows([FigureConfig(height=0.8)])
+    gait, states = initial_gait(1), rows((0, 0)).ravel()
+    gait[1] = states[3] = 1.2
+    for phase in np.linspace(0, 2 * np.pi, 40, endpoint=False):
+        gait[0] = phase
+        figures = pose_figures(gait, states, figure)
+        first = legs_at(figures, states, figure, height)[0]
+        # At the least, the neck.
+        assert first[3:].min() > 0.025
+
+
+def test_the_trunk_of_who_bows_is_where_it_is_drawn():
+    row, states = figure_rows([FigureConfig(height=1.2)]), rows((0, 0)).ravel()
+    figures = pose_figures(initial_gait(1), states, row)
+    bowed = np.zeros((1, LIVELY_SIZE))
+    bowed[:, : figures.shape[1]] = figures
+    bowed[0, HIP_HEIGHT], bowed[0, LEAN] = 0.4, 0.5
+    trunk = legs_at(bowed, states, row, 0.7)[0]
+    assert trunk[0] == pytest.approx(0.3 * np.tan(0.5))
+    width = row[0, WIDE] * figure_width(states[6])
+    assert trunk[3] == pytest.approx(width * TRUNK_X / np.cos(0.5))
 
 
 def test_a_wheelchair_has_wheels_beside_the_feet():
