@@ -439,7 +439,10 @@ def AddPerception(
         },
     )
     builder.AddNamedSystem(name, system)
-    names = ("robot_state", "human_states", "other_robot_states")
+    names = (
+        *("robot_state", "human_states"),
+        *("other_robot_states", "social_signals"),
+    )
     seen = {name: given[name] for name in names if name in given}
     ConnectByName(builder, seen, system)
     return {**given, "human_states": system.GetOutputPort("visible_people")}

@@ -72,8 +72,9 @@ class SensorConfig(Mount, ABC):
         All inputs are optional; a trial connects them by name: ``robot_state``
         takes the row (x, y, yaw, vx, vy, omega, radius) of the robot,
         ``human_states`` such rows of the people, ``other_robot_states`` those
-        of other robots, ``query_object`` the geometry of the scene. Its outputs
-        become outputs of the trial.
+        of other robots, ``social_signals`` what people show, if their trees
+        have social leaves, ``query_object`` the geometry of the scene. Its
+        outputs become outputs of the trial.
         """
 
     def AddToBuilder(

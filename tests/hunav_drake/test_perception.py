@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 from pydantic.dataclasses import dataclass
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Gain
 import pytest
 
@@ -29,6 +30,7 @@ from hunav_drake.systems.planning import (
     register_plan,
     register_planner,
 )
+from hunav_drake.systems.sensing import LidarConfig
 from hunav_drake.trial.blocks import with_planner_lidar
 from tests.choices import fast
 from tests.planners import NAMES, planner_override
@@ -260,8 +262,6 @@ def test_a_perception_of_ones_own_stands_between():
         output: str = "visible_people"
 
         def MakeSystem(self, task):
-            from pydrake.systems.framework import DiagramBuilder
-
             builder = DiagramBuilder()
             gain = builder.AddSystem(Gain(-1.0, 7 * task.num_humans))
             builder.ExportInput(gain.get_input_port(), "human_states")
@@ -279,6 +279,31 @@ def test_a_perception_of_ones_own_stands_between():
     wrong = crossing("watching", "{type: mirrored, output: people}")
     with pytest.raises(TypeError, match=r"Mirrored lacks .* visible_people"):
         MakeTrialDiagram(wrong)
+
+
+def test_a_lidar_in_a_perception_knows_who_sits():
+    @register_perception("by_legs")
+    @dataclass(kw_only=True)
+    class ByLegs(PerceptionConfig):
+        def MakeSystem(self, task):
+            builder = DiagramBuilder()
+            lidar = builder.AddSystem(LidarConfig().MakeSystem(task))
+            for name in ("robot_state", "social_signals"):
+                builder.ExportInput(lidar.GetInputPort(name), name)
+            passed = builder.AddSystem(Gain(1.0, 7 * task.num_humans))
+            builder.ExportInput(passed.get_input_port(), "human_states")
+            builder.ConnectInput(
+                "human_states", lidar.get_human_states_input_port()
+            )
+            builder.ExportOutput(passed.get_output_port(), "visible_people")
+            return builder.Build()
+
+    overrides = [planner_of("dwb", "by_legs")]
+    scenario = LoadScenario(filename="living_cafe", overrides=overrides)
+    diagram = MakeTrialDiagram(scenario)
+    system = diagram.GetSubsystemByName("perception")
+    context = system.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    assert system.GetInputPort("social_signals").HasValue(context)
 
 
 @pytest.mark.parametrize(
