@@ -148,6 +148,7 @@ def hold_figures(figures: Array, manners: Array, bodies: Array) -> Array:
         for hip, knee in ((LEFT_HIP, LEFT_KNEE), (RIGHT_HIP, RIGHT_KNEE)):
             q[hip] = walks * q[hip] + sits * SEATED
             q[knee] = walks * q[knee] + sits * bent
+        height = q[HIP_HEIGHT]
         if bodies[i, WHEELED] == 0.0:
             height = tall * max(
                 reach(q[LEFT_HIP], q[LEFT_KNEE]),
@@ -155,7 +156,7 @@ def hold_figures(figures: Array, manners: Array, bodies: Array) -> Array:
             )
             # (On a seat, however long the legs are.)
             height += sits * (SEAT - tall * reach(SEATED, bent))
-            q[HIP_HEIGHT] = (1.0 - lies) * height + lies * _BED
+        q[HIP_HEIGHT] = (1.0 - lies) * height + lies * _BED
         # Who sits down bows, above the hips; who lies is on the back.
         bow = 0.5 * math.sin(math.pi * sits)
         q[LEAN] = bow - lies * math.pi / 2

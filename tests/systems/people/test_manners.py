@@ -14,12 +14,14 @@ from hunav_drake.systems.common.layout import (
     Signal,
 )
 from hunav_drake.systems.people import manners as mut
-from hunav_drake.systems.people.figure_config import adult_figures
+from hunav_drake.systems.people.figure_config import WHEELED, adult_figures
 from hunav_drake.systems.people.gait import (
     FIGURE_SIZE,
+    FOOTREST,
     HIP_HEIGHT,
     LEFT_SHOULDER,
     RIGHT_SHOULDER,
+    SEAT,
     initial_gait,
     pose_figures,
 )
@@ -85,6 +87,13 @@ def test_who_lies_is_on_the_back_above_the_bed():
     q = figures(lying, states)[0][0]
     assert q[mut.LEAN] == pytest.approx(-math.pi / 2)
     assert 0.6 < q[HIP_HEIGHT] < 0.7
+    # Likewise whoever came in a wheelchair.
+    wheeled = adult_figures(1)
+    wheeled[0, WHEELED] = 1.0
+    moved = figures(lying, states, wheeled)[0][0]
+    assert moved[HIP_HEIGHT] == q[HIP_HEIGHT]
+    sits = figures(after(0.0, shown(1), states), states, wheeled)[0][0]
+    assert sits[HIP_HEIGHT] == SEAT + FOOTREST
 
 
 @pytest.mark.parametrize(
