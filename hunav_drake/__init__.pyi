@@ -1,4 +1,7 @@
 from .editor.entry import EditScenario as EditScenario
+from .hunavsim.ros2.live import RunBridge as RunBridge
+from .hunavsim.ros2.read_bag import ReadBag as ReadBag
+from .hunavsim.ros2.write_bag import WriteBag as WriteBag
 from .hunavsim.services import AgentServices as AgentServices
 from .report.branches_page import WriteBranchesPage as WriteBranchesPage
 from .report.plots import (

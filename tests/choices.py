@@ -46,6 +46,8 @@ NEEDED = {
         "base": "base",
         "drive": {"type": "omnidirectional", "height": 0.11},
     },
+    # Without somebody who drives it, the robot stands.
+    "bridge": {"lockstep": False, "domain": 96},
     "differential": {
         "left_wheel": "rear_left_wheel",
         "right_wheel": "rear_right_wheel",

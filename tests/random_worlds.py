@@ -146,7 +146,8 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
             robot["drive"] = {"type": drive, **NEEDED.get(drive, {})}
             if drive == "omnidirectional":
                 robot["drive"]["height"] = 0.01
-    planner = _drawn(rng, PLANNERS)
+    # (Without somebody who drives it, `bridge` is like `external`.)
+    planner = _drawn(rng, PLANNERS, without="bridge")
     planner["sees"] = _drawn(rng, PERCEPTIONS)
     planner["localization"] = _drawn(rng, LOCALIZATIONS)
     if (
@@ -172,9 +173,12 @@ def _draw(rng: np.random.Generator, seed: int) -> Data:
     }
 
 
-def _drawn(rng: np.random.Generator, registry: Registry) -> Data:
+def _drawn(
+    rng: np.random.Generator, registry: Registry, without: str = ""
+) -> Data:
     """Returns a choice of a register, with its options."""
-    name = str(rng.choice(shipped(registry)))
+    names = [it for it in shipped(registry) if it != without]
+    name = str(rng.choice(names))
     needed = NEEDED.get(name, {})
     return {"type": name, **needed, **_options(rng, registry[name])}
 

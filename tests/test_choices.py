@@ -188,7 +188,7 @@ def make_trial(kind, name):
     elif kind == "localization":
         part = {"planner": {"type": "sfm", "localization": name}}
     else:
-        part = {kind: name}
+        part = {kind: {"type": name, **NEEDED.get(name, {})}}
     return dataclasses.replace(scenario, **part)
 
 

@@ -52,6 +52,8 @@ _COMMANDS = {
     "metrics": ("metrics", "list and explain the metrics"),
     "report": ("report", "make a report on all runs of a folder"),
     "render": ("render", "make a film or a picture of a recorded run"),
+    "export": ("ros2", "write a run to a bag of ROS 2"),
+    "bridge": ("ros2", "let Nav2 or another program drive the robot"),
     "tree": ("tree", "show, check and convert behavior trees"),
     "bench": ("bench", "compare planners over scenarios and seeds"),
     "falsify": ("failures", "search for scenes in which a planner fails"),

@@ -1,6 +1,6 @@
 """Evaluates a recording for `hunav evaluate`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import dataclasses
 import math
 from pathlib import Path
@@ -15,13 +15,7 @@ from hunav_drake.systems.evaluation.recording import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.trial.provenance import MakeSourceProvenance
-from hunav_drake.trial.result import (
-    EndReason,
-    MakeTrialResult,
-    TrialResult,
-    with_encounters,
-    with_situations,
-)
+from hunav_drake.trial.result import EndReason, MakeTrialResult, TrialResult
 
 # The value of `--walls` for an open space.
 NO_WALLS = "none"
@@ -35,8 +29,7 @@ def evaluate_file(
     goal_tolerance: str | None = None,
     walls: str | None = None,
     reference: Path | None = None,
-    situations: bool = False,
-    encounters: bool = False,
+    topics: Mapping[str, str] | None = None,
 ) -> TrialResult:
     """Computes the metrics of a recording, with options of `hunav evaluate`.
 
@@ -46,7 +39,7 @@ def evaluate_file(
             tolerance or the walls are invalid.
     """
     select_metrics(metric_names)
-    recording = ReadRecording(filename)
+    recording = ReadRecording(filename, **(topics or {}))
     if recording.others and (goal is not None or goal_tolerance is not None):
         raise ValueError(
             "--goal and --goal-tolerance are for one robot, and the recording"
@@ -74,7 +67,7 @@ def evaluate_file(
         for it in recording.robots
     }
     at_goal = set(ends.values()) == {"goal"}
-    result = MakeTrialResult(
+    return MakeTrialResult(
         recording,
         scenario_name=filename.name.split(".")[0],
         metric_names=metric_names,
@@ -89,8 +82,6 @@ def evaluate_file(
         robot_ends=ends if recording.others else {},
         end_time=float(recording.times[-1] - recording.times[0]),
     )
-    result = with_situations(result) if situations else result
-    return with_encounters(result) if encounters else result
 
 
 def lacks_walls(result: TrialResult) -> bool:

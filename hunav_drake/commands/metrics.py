@@ -57,6 +57,18 @@ def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
         help="a recording of the ideal trajectory of the robot",
     )
     evaluate.add_argument(
+        "--people",
+        metavar="TOPIC",
+        default="",
+        help="the topic of people in a bag, if there are several",
+    )
+    evaluate.add_argument(
+        "--robot",
+        metavar="TOPIC",
+        default="",
+        help="the topic of the robot in a bag, if there are several",
+    )
+    evaluate.add_argument(
         "--situations",
         action="store_true",
         help="also compute the metrics while somebody passes, crosses the path,"
@@ -96,9 +108,13 @@ def _evaluate(options: argparse.Namespace) -> int:
         check_out(options.out)
     from hunav_drake.commands.evaluate import evaluate_file, lacks_walls
     from hunav_drake.runs.result_files import WriteResult
-    from hunav_drake.trial.result import FormatMetricsTable
+    from hunav_drake.trial.result import (
+        FormatMetricsTable,
+        with_encounters,
+        with_situations,
+    )
 
-    with input_errors(ValueError):
+    with input_errors(ValueError, ImportError):
         result = evaluate_file(
             options.file,
             metric_names=options.metrics,
@@ -106,9 +122,12 @@ def _evaluate(options: argparse.Namespace) -> int:
             goal_tolerance=options.goal_tolerance,
             walls=options.walls,
             reference=options.reference,
-            situations=options.situations,
-            encounters=options.encounters,
+            topics={"people": options.people, "robot": options.robot},
         )
+        if options.situations:
+            result = with_situations(result)
+        if options.encounters:
+            result = with_encounters(result)
     # Before printing, which the reader of a pipe may end early.
     folder = None
     if options.out is not None:

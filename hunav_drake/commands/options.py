@@ -234,6 +234,8 @@ EXAMPLES = {
     "metrics show": "hunav metrics show path_length",
     "report": "hunav report results",
     "render": "hunav render results/runs/passing_pursuit_1 -o film.gif",
+    "export": "hunav export results/runs/passing_pursuit_1 --mcap",
+    "bridge": "hunav bridge crossing --real-time",
     "tree": "hunav tree show regular",
     "tree show": "hunav tree show regular",
     "tree check": "hunav tree check regular curious",
@@ -257,5 +259,7 @@ AFTER_INTERRUPT = {
     "risk": "with --out, finished runs are kept, and the same command goes on",
     "validate": "nothing was written; --case and --model choose fewer cases",
     "render": "no film was written; --from and --to film a part",
+    "export": "no bag was written; the same command writes it",
+    "bridge": "nothing was written of this run; run it again",
     "report": "no report was written; run it again",
 }

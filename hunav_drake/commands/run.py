@@ -26,9 +26,10 @@ from hunav_drake.commands.options import (
     tell_doubts,
     whole_number,
 )
+from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
-    from pydrake.systems.framework import Diagram
+    from pydrake.systems.framework import Context, Diagram
 
     from hunav_drake.scenario import Scenario
     from hunav_drake.trial.result import TrialResult
@@ -81,9 +82,19 @@ def add_run_options(run: argparse.ArgumentParser) -> None:
         " first, and for Enter at the end",
     )
     run.add_argument(
+        "--foxglove",
+        nargs="?",
+        type=whole_number(0, "65536"),
+        const=8765,
+        metavar="PORT",
+        help="show the trial in Foxglove, in real time: it connects to PORT of"
+        " this machine (default: 8765; 0: a free one)",
+    )
+    run.add_argument(
         "--no-wait",
         action="store_true",
-        help="with --meshcat: do not wait, as when the input is not a terminal",
+        help="with --meshcat, --foxglove: do not wait, as when the input is not"
+        " a terminal",
     )
     run.add_argument(
         "--overlays",
@@ -119,6 +130,8 @@ def _run(options: argparse.Namespace) -> int:
         tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
+    if options.meshcat and options.foxglove is not None:
+        raise InputError("--foxglove does not go with --meshcat: choose one")
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.trial.compiling import told_compile_time
@@ -153,11 +166,14 @@ def _run(options: argparse.Namespace) -> int:
                 *(scenario, options, diagram, meshcat, progress, on_error)
             )
         else:
+            foxglove = _foxglove(options, diagram, stack)
             result = RunTrial(
                 scenario,
                 diagram=diagram,
                 meshcat=meshcat,
+                realtime_rate=1.0 if foxglove else 0.0,
                 progress=progress,
+                watch=foxglove,
                 on_planner_error=on_error,
             )
         elapsed = time.perf_counter() - started
@@ -183,6 +199,23 @@ def _run(options: argparse.Namespace) -> int:
     aims = any(it.goal is not None for it in robots_of(scenario).values())
     completed = result.end_reason == "goal" or not aims
     return DONE if completed and not failed else FAILED
+
+
+def _foxglove(
+    options: argparse.Namespace, diagram: Any, stack: contextlib.ExitStack
+) -> "Callable[[Context], bool] | None":
+    """Returns what publishes the steps of a trial to Foxglove, if wished."""
+    if options.foxglove is None:
+        return None
+    from hunav_drake.hunavsim.ros2.live import FoxgloveTopics
+
+    with input_errors(ImportError, ValueError):
+        topics = FoxgloveTopics(diagram, options.foxglove)
+    stack.callback(topics.Close)
+    print(f"Open the connection {topics.address} in Foxglove", flush=True)
+    if _somebody_waits(options):
+        input("Press Enter when it is open. ")
+    return topics.Publish
 
 
 def _relative(

@@ -1,8 +1,13 @@
 """Registers HuNavSim's formats for scenarios and runs."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hunav_drake.runs.foreign_formats import RECORDING_PARSERS, RESULT_TEXTS
+from hunav_drake.runs.foreign_formats import (
+    RECORDING_PARSERS,
+    RECORDING_READERS,
+    RESULT_TEXTS,
+)
 from hunav_drake.scenario.foreign_files import FOREIGN_FILES
 
 if TYPE_CHECKING:
@@ -26,6 +31,12 @@ def _parse_recording(text: str) -> "Recording":
     return parse_json(text)
 
 
+def _read_bag(path: Path, people: str, robot: str) -> "Recording":
+    from hunav_drake.hunavsim.ros2.read_bag import ReadBag
+
+    return ReadBag(path, people=people, robot=robot)
+
+
 def _result_texts(result: "TrialResult", tag: str) -> dict[str, str]:
     from hunav_drake.hunavsim.result_files import hunav_texts
 
@@ -34,4 +45,6 @@ def _result_texts(result: "TrialResult", tag: str) -> dict[str, str]:
 
 FOREIGN_FILES["hunav_loader"] = _read_agents
 RECORDING_PARSERS[".json"] = _parse_recording
+for suffix in ("", ".mcap", ".db3", ".bag"):
+    RECORDING_READERS[suffix] = _read_bag
 RESULT_TEXTS["hunav"] = _result_texts

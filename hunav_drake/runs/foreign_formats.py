@@ -1,6 +1,7 @@
 """File formats of other programs, which their packages register."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -9,6 +10,10 @@ if TYPE_CHECKING:
 
 # Functions that parse the text of a recording, by suffix.
 RECORDING_PARSERS: dict[str, Callable[[str], "Recording"]] = {}
+
+# Functions that read a recording from a bag, given the topics of people and of
+# the robot, by suffix; "" for a folder.
+RECORDING_READERS: dict[str, Callable[[Path, str, str], "Recording"]] = {}
 
 # Functions that return the files of a result and its tag, by format.
 RESULT_TEXTS: dict[str, Callable[["TrialResult", str], dict[str, str]]] = {}

@@ -3,13 +3,18 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from hunav_drake.runs.foreign_formats import RECORDING_PARSERS
+from hunav_drake.runs.foreign_formats import (
+    RECORDING_PARSERS,
+    RECORDING_READERS,
+)
 from hunav_drake.runs.tidy_csv import parse_csv
 from hunav_drake.systems.common.files import read_gzip_text
 from hunav_drake.systems.evaluation.recording import Recording
 
 
-def ReadRecording(filename: str | Path) -> Recording:
+def ReadRecording(
+    filename: str | Path, *, people: str = "", robot: str = ""
+) -> Recording:
     """Reads a recording from a file; its suffix determines the format.
 
     - `.npz`: a file of `Recording.save`.
@@ -34,7 +39,9 @@ def ReadRecording(filename: str | Path) -> Recording:
       the time stamp of the previous one is a separate sample, but does not
       count for accelerations.
 
-    The last two have no walls: `Recording.walls_known` is false.
+    - `.mcap`, `.db3`, `.bag`, or a folder: a bag of ROS; see `ReadBag`.
+
+    `.csv` and `.json` have no walls: `Recording.walls_known` is false.
 
     `.csv` and `.json` may be compressed with gzip, with `.gz` at the end of
     the name. Files that need more than 2 GB of memory are refused; the
@@ -42,17 +49,28 @@ def ReadRecording(filename: str | Path) -> Recording:
 
     Args:
         filename: The file.
+        people: The topic of people in a bag, if there are several.
+        robot: The topic of the robot in a bag, if there are several.
 
     Raises:
         OSError: If the file cannot be read.
         ValueError: If the file is invalid. The message names the place.
+        ImportError: If it is a bag, and rosbags is not installed.
     """
     path = Path(filename)
+    if (people or robot) and not (
+        path.is_dir() or path.suffix in RECORDING_READERS
+    ):
+        raise ValueError(f"{path}: is no bag, and has no topics to choose")
+    if path.is_dir():
+        return RECORDING_READERS[""](path, people, robot)
     suffixes = [suffix.lower() for suffix in path.suffixes]
     packed = suffixes[-1:] == [".gz"]
     kind = "".join(suffixes[-2:-1] if packed else suffixes[-1:])
     if kind == ".npz" and not packed:
         return Recording.load(path)
+    if kind in RECORDING_READERS and kind and not packed:
+        return RECORDING_READERS[kind](path, people, robot)
     parsers: dict[str, Callable[[str], Recording]] = {
         ".csv": parse_csv,
         **RECORDING_PARSERS,
@@ -60,7 +78,7 @@ def ReadRecording(filename: str | Path) -> Recording:
     if kind not in parsers:
         raise ValueError(
             f"{path}: is not a recording: its name must end in .npz, .csv,"
-            " .json, .csv.gz or .json.gz"
+            " .json, .csv.gz, .json.gz, .mcap, .db3 or .bag"
         )
     try:
         return parsers[kind](_read_text(path, packed=packed))

@@ -75,8 +75,8 @@ def parse_csv(text: str) -> Recording:
         if name in table:
             states[sample, body, i] = table[name]
     for i, agent in enumerate(agents):
-        _complete(times, states[:, i], set(STATE_FIELDS) - set(table))
-        _check_speeds(times, states[:, i], agent)
+        complete(times, states[:, i], set(STATE_FIELDS) - set(table))
+        check_speeds(times, states[:, i], agent)
 
     status = np.zeros((len(times), len(agents)), dtype=int)
     if "behavior_status" in table:
@@ -248,7 +248,7 @@ def _check_rows(
             raise ValueError(f"{robot!r} has no row for {at:g} s")
 
 
-def _complete(times: Array, states: Array, missing: set[str]) -> None:
+def complete(times: Array, states: Array, missing: set[str]) -> None:
     """Computes the missing fields of an agent's states (N + 1, 7), in place.
 
     The states are NaN while the agent is absent.
@@ -268,7 +268,7 @@ def _complete(times: Array, states: Array, missing: set[str]) -> None:
             states[part, RADIUS] = _RADIUS
 
 
-def _check_speeds(times: Array, states: Array, agent: str) -> None:
+def check_speeds(times: Array, states: Array, agent: str) -> None:
     """Refuses speeds that were computed from positions and are too large."""
     bad = np.argwhere(np.abs(states) > LARGEST)
     if len(bad):

@@ -43,7 +43,11 @@ from hunav_drake.systems.people.profile import ProfileName
 from hunav_drake.systems.people.track_config import TrackConfig, TracksConfig
 from hunav_drake.systems.people.tracks import Track
 from hunav_drake.systems.planning.planner import asked_scan_size
-from hunav_drake.systems.sensing.sensor_config import CameraConfig, LidarConfig
+from hunav_drake.systems.sensing.sensor_config import (
+    CameraConfig,
+    LidarConfig,
+    name_sensors,
+)
 from hunav_drake.systems.sensing.sensor_parameters import Delayed
 from hunav_drake.tracks.recorded import load_tracks, track_of
 
@@ -354,6 +358,23 @@ def first_lidar(scenario: Scenario) -> LidarConfig | None:
     """Returns the lidar whose scan the planner gets, if there is one."""
     lidars = (it for it in scenario.sensors if isinstance(it, LidarConfig))
     return next(lidars, None)
+
+
+def scans_of(scenario: Scenario) -> Iterator[tuple[str, str, LidarConfig]]:
+    """Yields the port, the name and the lidar of each scan of one robot.
+
+    The name of the first is empty.
+    """
+    names = name_sensors(scenario.sensors)
+    first = True
+    for name, sensor in zip(names, scenario.sensors, strict=True):
+        if isinstance(sensor, LidarConfig):
+            yield (
+                ("scan", "", sensor)
+                if first
+                else (f"{name}_scan", name, sensor)
+            )
+            first = False
 
 
 def scan_fault(scenario: Scenario, scan_size: int | None) -> str:

@@ -74,17 +74,23 @@ def MakeSourceProvenance(filename: str | Path) -> Provenance:
     """Returns all that must be equal for equal metrics of a recording.
 
     These are versions and machine as in `MakeProvenance`, the name of the file
-    and the SHA-256 hash of its content.
+    and the SHA-256 hash of its content; of a folder, that of its files.
 
     Raises:
         OSError: If the file cannot be read.
     """
     path = Path(filename)
+    files = [path]
+    if path.is_dir():
+        files = sorted(it for it in path.iterdir() if it.is_file())
+    sha256 = hashlib.sha256()
+    for file in files:
+        sha256.update(file.read_bytes())
     return {
         **program_versions(),
         **machine_traits(),
         "source": path.name,
-        "source_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "source_sha256": sha256.hexdigest(),
     }
 
 

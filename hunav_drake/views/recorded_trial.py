@@ -168,7 +168,7 @@ def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
         ValueError: If it cannot be read, or if there are several.
     """
     path = Path(path)
-    file = _recording_file(path) if path.is_dir() else path
+    file = recording_file(path) if path.is_dir() else path
     recording = ReadRecording(file)
     if not len(recording):
         raise ValueError(f"{file}: the recording is empty")
@@ -208,7 +208,12 @@ def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
     )
 
 
-def _recording_file(folder: Path) -> Path:
+def recording_file(folder: Path) -> Path:
+    """Returns the recording of a run, from its folder or that of results.
+
+    Raises:
+        ValueError: If there is none, or there are several.
+    """
     if (folder / RECORDING).exists():
         return folder / RECORDING
     runs = list(find_runs(folder).values())

@@ -25,6 +25,7 @@ from .planner import (
 from .planner_error import PlannerError as PlannerError
 from .pure_planner import Planner as Planner, register_plan as register_plan
 from .pursuit import PursuitPlanner as PursuitPlanner
+from .ros2.bridge import BridgePlanner as BridgePlanner
 from .social.orca import OrcaPlanner as OrcaPlanner
 from .social.sfm import SfmPlanner as SfmPlanner
 from .social.sfw import SfwPlanner as SfwPlanner

@@ -247,6 +247,8 @@ class LocalPlanner(LeafSystem):
         except CycleTimeout:
             reason = f"a cycle took longer than cycle_limit = {limit:g} s"
             raise self._Error(context, reason) from None
+        except PlannerError as error:
+            raise self._Error(context, error.reason) from error
         except Exception as error:
             method = getattr(type(planner), planner.decides_by)
             function = inspect.unwrap(method)
@@ -271,12 +273,11 @@ class LocalPlanner(LeafSystem):
     def _Look(self, context: Context) -> View:
         humans = self._human_states.Eval(context).reshape(-1, STATE_SIZE)
         robot, goal = self._robot_state.Eval(context), self._goal.Eval(context)
-        arrays = [robot, humans, goal]
-        if self._scan is not None:
-            arrays.append(self._scan.Eval(context))
-        for array in arrays:
-            array.setflags(write=False)
-        return View(*arrays)
+        scan = None if self._scan is None else self._scan.Eval(context)
+        for array in (robot, humans, goal, scan):
+            if array is not None:
+                array.setflags(write=False)
+        return View(robot, humans, goal, scan, context.get_time())
 
     def _Command(
         self, context: Context, discrete_state: DiscreteValues

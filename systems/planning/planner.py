@@ -189,12 +189,14 @@ class View(NamedTuple):
         scan: The distances that ``task.lidar`` measures, in meters; None if the
             planner does not ask for them. `scan_points` converts them to
             points.
+        time: The simulated time, in seconds.
     """
 
     robot: Array
     humans: Array
     goal: Array
     scan: Array | None = None
+    time: float = 0.0
 
 
 class Plan(NamedTuple):

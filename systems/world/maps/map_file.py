@@ -105,11 +105,21 @@ def map_outlines(filename: str | Path) -> tuple[Array, ...]:
 
 @functools.lru_cache(maxsize=8)
 def _map_outlines(path: Path, stamps: tuple[Any, ...]) -> tuple[Array, ...]:
-    cells = read_map(path)
     try:
-        found = outlines(cells.occupied)
+        return outlines_of(read_map(path))
     except ValueError as error:
+        if isinstance(error, MapError):
+            raise
         raise MapError(f"{path}: {error}") from error
+
+
+def outlines_of(cells: CellMap) -> tuple[Array, ...]:
+    """Returns polygons around the occupied cells, in W, in meters.
+
+    Raises:
+        ValueError: If they have too many sides: see `outlines`.
+    """
+    found = outlines(cells.occupied)
     # To the nanometer, without the digits of rounding.
     result = tuple(
         turned(outline * cells.resolution, cells.origin).round(9)

@@ -1,0 +1,627 @@
+"""Reads recordings of people and robots from ROS bags, without ROS."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+import dataclasses
+import math
+from pathlib import Path
+import struct
+from typing import Any, NamedTuple
+import warnings
+
+import numpy as np
+
+from hunav_drake.hunavsim.agents_keys import BEHAVIOR_NAMES
+from hunav_drake.runs.tidy_csv import check_speeds, complete
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import (
+    RADIUS,
+    STATE_FIELDS,
+    STATE_SIZE,
+    VX,
+    VY,
+    YAW,
+    X,
+    Y,
+)
+from hunav_drake.systems.evaluation.recording import (
+    GOAL_YAW_TOLERANCE,
+    Recording,
+)
+from hunav_drake.systems.planning.ros2 import messages as m
+from hunav_drake.systems.planning.ros2.message_types import type_store
+from hunav_drake.systems.world.maps.map_file import CellMap, outlines_of
+from hunav_drake.systems.world.obstacles import Obstacles
+
+AGENTS, AGENT = "hunav_msgs/msg/Agents", "hunav_msgs/msg/Agent"
+TRACKED = "spencer_tracking_msgs/msg/TrackedPersons"
+PEOPLE = "people_msgs/msg/People"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+MAP = "nav_msgs/msg/OccupancyGrid"
+GOAL = "geometry_msgs/msg/PoseStamped"
+
+# Types that tell of people and of robots, the best first, with the usual topic.
+_PEOPLE = {AGENTS: "/human_states", TRACKED: "", PEOPLE: "/people"}
+_ROBOTS = {AGENT: "/robot_states", ODOMETRY: "/odom"}
+
+# A robot's own frame, where only transforms tell of it.
+_BASES = ("base_link", "base_footprint")
+
+# From this occupancy on, in percent, cells of a map are walls.
+_OCCUPIED = 65
+
+# Longer gaps between messages on a robot are not bridged, in seconds.
+_LONGEST_GAP = 1.0
+
+
+class Body(NamedTuple):
+    """What a message tells of a person or robot.
+
+    Attributes:
+        key: What tells people apart: an id or a name.
+        row: Its row; NaN where it is not told.
+        name: Its name; empty if unknown.
+        behavior: The name of its behavior.
+        status: What it does.
+        group_id: The number of its group.
+    """
+
+    key: Any
+    row: list[float]
+    name: str = ""
+    behavior: str = "regular"
+    status: int = 0
+    group_id: int = -1
+
+
+def ReadBag(
+    filename: str | Path, *, people: str = "", robot: str = ""
+) -> Recording:
+    """Reads a bag of ROS 2, or of ROS 1, into a recording.
+
+    People are read from hunav_msgs/Agents, spencer_tracking_msgs/TrackedPersons
+    or people_msgs/People, robots from hunav_msgs/Agent, nav_msgs/Odometry or
+    transforms to base_link. All are moved to the frame of the map, or else of
+    the odometry, by `/tf`. Samples are at the times of the messages on people;
+    the robot's states are interpolated. The goal is the last one on
+    `/goal_pose`, walls are those of `/map`. What is missing is told by a
+    warning; radii are then 0.35 m, headings those of the velocity.
+
+    Args:
+        filename: The folder of a bag, or a file .mcap, .db3 or .bag.
+        people: The topic of people, if there are several.
+        robot: The topic of the robot, if there are several; several of
+            hunav_msgs/Agent are several robots.
+
+    Raises:
+        ImportError: If rosbags is not installed.
+        OSError: If it cannot be read.
+        ValueError: If it is no bag, or tells of no robot, with the place.
+    """
+    path = Path(filename)
+    if path.is_dir() and not (path / "metadata.yaml").exists():
+        raise ValueError(
+            f"{path}: is no bag of ROS 2: it has no file metadata.yaml"
+        )
+    try:
+        recording, missing = _read(path, people, robot)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    if missing:
+        text = "; ".join(missing)
+        warnings.warn(f"{path}: the bag has {text}", stacklevel=2)
+    return recording
+
+
+class _Bag:
+    """The messages of a bag."""
+
+    def __init__(self, reader: Any) -> None:
+        self._reader = reader
+        self.types = {it.topic: it.msgtype for it in reader.connections}
+
+    def of_type(self, kind: str) -> list[str]:
+        """Returns the topics of a type, in the order of the bag."""
+        return [it for it, told in self.types.items() if told == kind]
+
+    def messages(self, *topics: str) -> Iterator[tuple[str, float, Any]]:
+        """Yields topics, the times when messages came, in s, and these.
+
+        Raises:
+            ValueError: If a message is damaged.
+        """
+        chosen = [it for it in self._reader.connections if it.topic in topics]
+        if not chosen:
+            return
+        for it, nanoseconds, data in self._reader.messages(chosen):
+            time = nanoseconds * 1e-9
+            try:
+                told = self._reader.deserialize(data, it.msgtype)
+            except _damages() as error:
+                raise ValueError(
+                    f"the message of topic {it.topic} at {time:.9g} s is"
+                    f" damaged ({error})"
+                ) from error
+            yield it.topic, time, told
+
+
+def _damages() -> tuple[type[Exception], ...]:
+    """Returns the errors by which rosbags tells of damaged files."""
+    from rosbags.highlevel import AnyReaderError
+
+    return (
+        *(AnyReaderError, struct.error, ValueError, KeyError, IndexError),
+        *(TypeError, AssertionError, EOFError),
+    )
+
+
+def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
+    """Returns the recording of a bag, and what it lacks."""
+    store = type_store()
+    from rosbags.highlevel import AnyReader
+
+    try:
+        reader = AnyReader([path], default_typestore=store)
+        reader.open()
+    except _damages() as error:
+        words = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"is no bag that can be read: {words}") from error
+    try:
+        return _recording(_Bag(reader), people, robot)
+    finally:
+        reader.close()
+
+
+def _recording(
+    bag: _Bag, people: str, robot: str
+) -> tuple[Recording, list[str]]:
+    people = _choose(bag, people, _PEOPLE, "people")
+    chosen = [robot] if robot else _robots(bag)
+    frames = _Frames(bag)
+    robots = {it: _track(bag, it, frames) for it in chosen}
+    if not robots:
+        robots = {"": _base_track(frames)}
+    missing: list[str] = []
+    samples = list(_samples(bag, people, frames)) if people else []
+    if not people:
+        missing.append("no people")
+        first = next(iter(robots.values()))
+        samples = [(time, []) for time in first[0].tolist()]
+    samples = _within(samples, [times for times, _ in robots.values()])
+    times = np.array([time for time, _ in samples])
+    facts: dict[Any, Body] = {}
+    for _, bodies in samples:
+        for body in bodies:
+            facts.setdefault(body.key, body)
+    if all(isinstance(it, int) for it in facts):
+        facts = dict(sorted(facts.items()))
+    index = {key: i for i, key in enumerate(facts)}
+    humans = np.full((len(times), len(facts), STATE_SIZE), np.nan)
+    status = np.zeros((len(times), len(facts)))
+    for k, (_, bodies) in enumerate(samples):
+        for body in bodies:
+            humans[k, index[body.key]] = body.row
+            status[k, index[body.key]] = body.status
+    names = _names(facts)
+    for i, name in enumerate(names):
+        _fill(times, humans[:, i], name, missing)
+    goals = _goals(bag, frames)
+    walls = _walls(bag, missing)
+    shared: dict[str, Any] = {
+        "times": times - times[0],
+        "humans": humans,
+        "behavior_status": status,
+        "human_names": tuple(names),
+        "human_ids": _ids(facts),
+        "behaviors": tuple(it.behavior for it in facts.values()),
+        "group_ids": tuple(it.group_id for it in facts.values()),
+        "obstacles": walls or Obstacles.from_points([]),
+        "walls_known": walls is not None,
+    }
+    made = []
+    for topic, (told, rows) in robots.items():
+        name = topic.rpartition("/")[0].strip("/") if len(robots) > 1 else ""
+        states = _at(told, rows, times, topic or "/tf")
+        _fill(times, states, "the robot", missing)
+        prefix = topic.rpartition("/")[0]
+        goal = goals.get(prefix) or (
+            None if len(robots) > 1 else next(iter(goals.values()), None)
+        )
+        more: dict[str, Any] = {"goal": goal, "robot_name": name}
+        if goal is not None:
+            more["goal_yaw_tolerance"] = GOAL_YAW_TOLERANCE
+        elif "no goal" not in missing:
+            missing.append("no goal")
+        made.append(Recording(robot=states, **shared, **more))
+    first_robot, *others = made
+    return dataclasses.replace(first_robot, others=tuple(others)), missing
+
+
+def _choose(bag: _Bag, given: str, kinds: dict[str, str], what: str) -> str:
+    """Returns the topic of people or of a robot; empty if there is none."""
+    if given:
+        known = bag.types.get(given)
+        if known not in kinds:
+            have = [it for it, kind in bag.types.items() if kind in kinds]
+            raise ValueError(
+                f"the topic {given} of {what} is {known or 'not in the bag'};"
+                f" valid: {', '.join(have) or 'none'}, of types"
+                f" {', '.join(kinds)}"
+            )
+        return given
+    for kind, usual in kinds.items():
+        topics = bag.of_type(kind)
+        if usual in topics:
+            return usual
+        if len(topics) > 1:
+            raise ValueError(
+                f"several topics tell of {what}: {', '.join(topics)}; choose"
+                f" one with {what}=, or --{what}"
+            )
+        if topics:
+            return topics[0]
+    return ""
+
+
+def _robots(bag: _Bag) -> list[str]:
+    """Returns the topics of all robots."""
+    agents = bag.of_type(AGENT)
+    if len(agents) > 1:
+        return agents
+    found = _choose(bag, "", _ROBOTS, "robot")
+    return [found] if found else []
+
+
+class _Frames:
+    """The frames of a bag, with their poses over time.
+
+    Attributes:
+        fixed: The frame to which all is moved: "map" if it is known, or else
+            the root of the odometry's frame.
+    """
+
+    def __init__(self, bag: _Bag) -> None:
+        found: dict[str, list[tuple[float, ...]]] = defaultdict(list)
+        self._parents: dict[str, str] = {}
+        topics = [
+            it
+            for it, kind in bag.types.items()
+            if kind in (TRANSFORMS, "tf/msg/tfMessage")
+        ]
+        for _, time, told in bag.messages(*topics):
+            for it in told.transforms:
+                child = _plain(it.child_frame_id)
+                self._parents[child] = _plain(it.header.frame_id)
+                move, turn = it.transform.translation, it.transform.rotation
+                when = _time(it.header, time)
+                found[child].append((when, move.x, move.y, m.yaw_of(turn)))
+        self._poses = {
+            child: np.array(sorted(rows)) for child, rows in found.items()
+        }
+        known = {*self._parents, *self._parents.values()}
+        self.fixed = "map" if "map" in known else ""
+
+    def root(self, frame: str) -> str:
+        """Returns the frame that is above a frame, at the top."""
+        seen = {frame}
+        while frame in self._parents and self._parents[frame] not in seen:
+            frame = self._parents[frame]
+            seen.add(frame)
+        return frame
+
+    def pose(self, frame: str, time: float) -> tuple[float, float, float]:
+        """Returns the pose of a frame in the fixed one, at a time.
+
+        Raises:
+            ValueError: If no transforms join them.
+        """
+        frame = _plain(frame)
+        # Without any frame named, all is in one.
+        self.fixed = self.fixed or self.root(frame)
+        x = y = yaw = 0.0
+        at, steps = frame, 0
+        while at != self.fixed:
+            if at not in self._parents or steps > len(self._parents):
+                raise ValueError(
+                    f"no transforms on /tf join the frames {frame!r} and"
+                    f" {self.fixed!r}; record /tf and /tf_static, too"
+                )
+            dx, dy, turn = self._local(at, time)
+            c, s = math.cos(turn), math.sin(turn)
+            x, y = dx + c * x - s * y, dy + s * x + c * y
+            yaw += turn
+            at, steps = self._parents[at], steps + 1
+        return x, y, yaw
+
+    def _local(self, frame: str, time: float) -> tuple[float, float, float]:
+        """Returns the pose of a frame in its parent, interpolated."""
+        rows = self._poses[frame]
+        right = int(np.searchsorted(rows[:, 0], time))
+        if right == 0 or right == len(rows):
+            _, x, y, yaw = rows[min(right, len(rows) - 1)].tolist()
+            return x, y, yaw
+        a, b = rows[right - 1], rows[right]
+        share = (time - a[0]) / (b[0] - a[0]) if b[0] > a[0] else 1.0
+        turn = math.remainder(b[3] - a[3], 2 * math.pi)
+        x, y = (a[1:3] + share * (b[1:3] - a[1:3])).tolist()
+        return x, y, float(a[3] + share * turn)
+
+    def moves(self, frame: str) -> Array | None:
+        """Returns the times (s) of a frame's poses; None if it is unknown."""
+        poses = self._poses.get(frame)
+        return None if poses is None else poses[:, 0]
+
+
+def _plain(frame: str) -> str:
+    return str(frame).lstrip("/")
+
+
+def _time(header: Any, came: float) -> float:
+    """Returns the time of a message, in seconds: its stamp, if it has one."""
+    stamp = m.nanoseconds(header.stamp)
+    return stamp * 1e-9 if stamp else came
+
+
+def _moved(
+    row: list[float], at: tuple[float, float, float], exact: bool = False
+) -> list[float]:
+    """Returns a row in another frame, given the pose of its own frame."""
+    dx, dy, turn = at
+    if dx == dy == turn == 0.0:
+        return row
+    x, y, yaw, vx, vy, omega, radius = row
+    c, s = math.cos(turn), math.sin(turn)
+    return [
+        *(dx + c * x - s * y, dy + s * x + c * y, yaw + turn),
+        *(c * vx - s * vy, s * vx + c * vy, omega, radius),
+    ]
+
+
+def _samples(
+    bag: _Bag, topic: str, frames: _Frames
+) -> Iterator[tuple[float, list[Body]]]:
+    """Yields the times of messages on people, in s, and the people."""
+    read = _READERS[bag.types[topic]]
+    last = -math.inf
+    for _, came, told in bag.messages(topic):
+        time = _time(told.header, came)
+        if time <= last:
+            if time == last:
+                continue
+            raise ValueError(
+                f"the message of topic {topic} at {time:.9g} s comes after one"
+                f" at {last:.9g} s"
+            )
+        last = time
+        at = frames.pose(told.header.frame_id, time)
+        bodies = [
+            body._replace(row=_moved(body.row, at)) for body in read(told)
+        ]
+        keys = [it.key for it in bodies]
+        if len(set(keys)) < len(keys):
+            twice = next(it for it in keys if keys.count(it) > 1)
+            raise ValueError(
+                f"the message of topic {topic} at {time:.9g} s has {twice!r}"
+                " twice"
+            )
+        yield time, bodies
+
+
+def _agent(told: Any) -> Body:
+    behavior, status = told.behavior, getattr(told, "behavior_state", 0)
+    if not isinstance(behavior, int | np.integer):
+        # HuNavSim 2.
+        behavior, status = behavior.type, behavior.state
+    number = int(behavior)
+    return Body(
+        int(told.id),
+        m.row_of(told),
+        str(told.name),
+        BEHAVIOR_NAMES.get(number, str(number) if number else "regular"),
+        int(status),
+        int(told.group_id),
+    )
+
+
+def _read_agents(told: Any) -> list[Body]:
+    return [_agent(it) for it in told.agents if it.type != m.ROBOT]
+
+
+def _read_people(told: Any) -> list[Body]:
+    nan = math.nan
+    return [
+        Body(
+            str(it.name) or i,
+            [
+                *(it.position.x, it.position.y, nan),
+                *(it.velocity.x, it.velocity.y, nan, nan),
+            ],
+            str(it.name),
+        )
+        for i, it in enumerate(told.people)
+    ]
+
+
+def _read_tracked(told: Any) -> list[Body]:
+    bodies = []
+    for it in told.tracks:
+        at, speed = it.pose.pose, it.twist.twist
+        row = [
+            *(at.position.x, at.position.y, math.nan),
+            *(speed.linear.x, speed.linear.y, speed.angular.z, math.nan),
+        ]
+        bodies.append(Body(int(it.track_id), row))
+    return bodies
+
+
+_READERS: dict[str, Callable[[Any], list[Body]]] = {
+    AGENTS: _read_agents,
+    PEOPLE: _read_people,
+    TRACKED: _read_tracked,
+}
+
+
+def _track(bag: _Bag, topic: str, frames: _Frames) -> tuple[Array, Array]:
+    """Returns the times (s) and the rows of a robot."""
+    kind = bag.types.get(topic)
+    if kind not in _ROBOTS:
+        _choose(bag, topic, _ROBOTS, "robot")
+    rows: dict[float, list[float]] = {}
+    for _, came, told in bag.messages(topic):
+        if kind == AGENT:
+            # (It has no stamp, and is in the frame of the people.)
+            rows[came] = m.row_of(told)
+            continue
+        time = _time(told.header, came)
+        at, speed = told.pose.pose, told.twist.twist
+        yaw = m.yaw_of(at.orientation)
+        c, s = math.cos(yaw), math.sin(yaw)
+        vx, vy = speed.linear.x, speed.linear.y
+        row = [
+            *(at.position.x, at.position.y, yaw),
+            *(c * vx - s * vy, s * vx + c * vy, speed.angular.z, math.nan),
+        ]
+        rows[time] = _moved(row, frames.pose(told.header.frame_id, time))
+    if not rows:
+        raise ValueError(f"topic {topic} has no messages")
+    times = np.array(sorted(rows))
+    return times, np.array([rows[it] for it in times.tolist()])
+
+
+def _base_track(frames: _Frames) -> tuple[Array, Array]:
+    """Returns the times and rows of the robot from transforms alone."""
+    for base in _BASES:
+        root = frames.root(base)
+        if root == base:
+            continue
+        chain = [frames.moves(base)]
+        times = next(it for it in chain if it is not None)
+        times = np.unique(times)
+        rows = np.full((len(times), STATE_SIZE), np.nan)
+        for k, time in enumerate(times.tolist()):
+            rows[k, [X, Y, YAW]] = frames.pose(base, time)
+        return times, rows
+    raise ValueError(
+        "the bag tells of no robot: it needs a topic of type"
+        f" {', '.join(_ROBOTS)}, or transforms to {' or '.join(_BASES)}"
+    )
+
+
+def _within(
+    samples: Sequence[tuple[float, list[Body]]], tracks: Sequence[Array]
+) -> list[tuple[float, list[Body]]]:
+    """Returns the samples in the time that all robots are known."""
+    first = max(times[0] for times in tracks) - 1e-6
+    last = min(times[-1] for times in tracks) + 1e-6
+    left = [it for it in samples if first <= it[0] <= last]
+    if left:
+        return left
+    ends = "never told of"
+    if samples:
+        ends = f"told of from {samples[0][0]:.9g} s to {samples[-1][0]:.9g} s"
+    raise ValueError(
+        f"people are {ends}, the robot from {first:.9g} s to {last:.9g} s: they"
+        " have no time in common; do their clocks differ?"
+    )
+
+
+def _at(told: Array, rows: Array, times: Array, topic: str) -> Array:
+    """Returns the rows of a robot at other times, interpolated."""
+    gaps = np.diff(told)
+    for k in np.flatnonzero(gaps > _LONGEST_GAP):
+        if told[k] < times[-1] and told[k + 1] > times[0]:
+            raise ValueError(
+                f"topic {topic} has no message from {told[k]:.9g} s to"
+                f" {told[k + 1]:.9g} s; cut the bag there"
+            )
+    smooth = rows.copy()
+    smooth[:, YAW] = np.unwrap(rows[:, YAW])
+    result = np.column_stack(
+        [np.interp(times, told, smooth[:, i]) for i in range(STATE_SIZE)]
+    )
+    # Where a message has the time of a sample, to the rounding of clocks.
+    near = np.clip(np.searchsorted(told, times - 1e-6), 0, len(told) - 1)
+    same = np.abs(told[near] - times) <= 1e-6
+    result[same] = rows[near[same]]
+    return result
+
+
+def _fill(times: Array, states: Array, name: str, missing: list[str]) -> None:
+    """Computes the fields of a body that are nowhere told, in place."""
+    there = ~np.isnan(states[:, X])
+    lacks = {
+        field
+        for i, field in enumerate(STATE_FIELDS)
+        if np.isnan(states[there, i]).any()
+    }
+    # Some trackers tell no velocities.
+    moves = np.ptp(states[there][:, [X, Y]], axis=0).max(initial=0.0) > 0.1
+    if moves and not states[there][:, [VX, VY]].any():
+        lacks |= {"vx", "vy"}
+    if lacks:
+        complete(times, states, lacks)
+        what = {RADIUS: "radii", YAW: "headings", VX: "velocities"}
+        who = name if name == "the robot" else "people"
+        for i, word in what.items():
+            text = f"no {word} of {who}"
+            if STATE_FIELDS[i] in lacks and text not in missing:
+                missing.append(text)
+    check_speeds(times, states, name)
+
+
+def _names(facts: dict[Any, Body]) -> list[str]:
+    """Returns the names of people, each once."""
+    names = [it.name for it in facts.values()]
+    if all(names) and len(set(names)) == len(names):
+        return names
+    return [f"person_{key}" for key in facts]
+
+
+def _ids(facts: dict[Any, Body]) -> tuple[int, ...]:
+    """Returns the ids of people: theirs, or 1, 2, ..."""
+    if all(isinstance(it, int) for it in facts):
+        return tuple(facts)
+    return tuple(range(1, len(facts) + 1))
+
+
+def _goals(bag: _Bag, frames: _Frames) -> dict[str, tuple[float, ...]]:
+    """Returns the last goal of each robot, by the first part of its topics."""
+    topics = [
+        it
+        for it in bag.of_type(GOAL)
+        if it.endswith(("/goal_pose", "/move_base_simple/goal"))
+    ]
+    found = {}
+    for topic, came, told in bag.messages(*topics):
+        time = _time(told.header, came)
+        at = told.pose
+        row = [at.position.x, at.position.y, m.yaw_of(at.orientation)]
+        x, y, yaw = frames.pose(told.header.frame_id, time)
+        moved = _moved([*row, 0.0, 0.0, 0.0, 0.0], (x, y, yaw))[:3]
+        prefix = topic.removesuffix("/goal_pose")
+        found[prefix.removesuffix("/move_base_simple/goal")] = tuple(moved)
+    return found
+
+
+def _walls(bag: _Bag, missing: list[str]) -> Obstacles | None:
+    """Returns the walls of the map; None without a map."""
+    found = [it for _, _, it in bag.messages("/map")]
+    if not found or bag.types["/map"] != MAP:
+        missing.append("no map")
+        return None
+    told = found[-1]
+    info = told.info
+    cells = np.asarray(told.data, dtype=np.int8)
+    if cells.size != info.width * info.height or info.resolution <= 0:
+        raise ValueError(
+            f"/map has {cells.size} cells of {info.resolution:g} m for a width"
+            f" of {info.width} and a height of {info.height}"
+        )
+    cells = cells.reshape(info.height, info.width)
+    at = info.origin
+    origin = (at.position.x, at.position.y, m.yaw_of(at.orientation))
+    resolution = float(str(np.float32(info.resolution)))
+    map_ = CellMap(cells >= _OCCUPIED, cells == 0, resolution, origin)
+    shapes = list(outlines_of(map_))
+    return Obstacles.from_shapes(shapes, solid=[True] * len(shapes))

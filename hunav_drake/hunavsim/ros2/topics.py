@@ -1,0 +1,407 @@
+"""The topics of a trial, as ROS 2's messages.
+
+Frames are map, odom and base_link; people are in map. Of several robots, each
+has its name before its topics and frames, as in `/anna/odom`.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from hunav_drake.hunavsim.agents_keys import BEHAVIOR_NAMES
+from hunav_drake.scenario.checks import scans_of
+from hunav_drake.scenario.fleet import RobotPart, robot_parts
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.layout import RADIUS, STATE_SIZE, is_outside
+from hunav_drake.systems.evaluation.recording import Recording, describe_people
+from hunav_drake.systems.planning.costmap.static_layer import (
+    costmap_from_obstacles,
+)
+from hunav_drake.systems.planning.navigation.regions import bounds_of
+from hunav_drake.systems.planning.ros2 import messages as m
+from hunav_drake.systems.planning.ros2.message_types import message
+from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.diagram import TrialDiagram
+
+# A topic and a message on it.
+Told = tuple[str, Any]
+
+# Topics whose last message those who come later get, too.
+LATCHED = ("/map", "/tf_static")
+
+# The time between two messages of large topics, in seconds, as Nav2's.
+_PERIODS = {"markers": 0.1, "local_costmap": 0.2, "global_costmap": 1.0}
+
+# The free space around walls on the map, and the side of its cells, in meters.
+_MARGIN, _CELL = 1.0, 0.05
+
+_NUMBERS = {name: number for number, name in BEHAVIOR_NAMES.items()}
+_ADULT = 1.7
+
+
+class People(NamedTuple):
+    """What does not change about n people.
+
+    Attributes:
+        names: Their names.
+        ids: Their numbers.
+        behaviors: The names of their behaviors.
+        group_ids: The numbers of their groups; -1 for nobody's.
+        speeds: Their desired speeds, in m/s.
+        heights: Their heights, in meters.
+    """
+
+    names: Sequence[str]
+    ids: Sequence[int]
+    behaviors: Sequence[str]
+    group_ids: Sequence[int]
+    speeds: Sequence[float]
+    heights: Sequence[float]
+
+
+def check_numbers(people: People) -> None:
+    """Checks that numbers of people fit into HuNavSim's messages.
+
+    Raises:
+        ValueError: If one does not.
+    """
+    for what, numbers, bits in (
+        ("id", people.ids, 31),
+        ("group_id", people.group_ids, 7),
+    ):
+        for name, number in zip(people.names, numbers, strict=True):
+            if not -(2**bits) <= number < 2**bits:
+                raise ValueError(
+                    f"{what} of {name!r} must be below {2**bits} in messages of"
+                    f" ROS 2, got {number}; number them anew"
+                )
+
+
+def people_of(recording: Recording) -> People:
+    """Returns the people of a recording, whose speeds are unknown."""
+    n = recording.num_humans
+    return People(
+        *(recording.human_names, recording.human_ids),
+        *(recording.behaviors, recording.group_ids),
+        *([0.0] * n, [_ADULT] * n),
+    )
+
+
+def body_topics(
+    time: float,
+    people: People,
+    humans: Array,
+    status: Array,
+    robots: Mapping[str, Array],
+    estimates: Mapping[str, Array],
+) -> Iterator[Told]:
+    """Yields the messages on people and robots at a time, in seconds.
+
+    Args:
+        time: The time.
+        people: What does not change about n people.
+        humans: Shape (n, 7), the rows of the people; those who are not there
+            are outside, or rows of NaN.
+        status: Shape (n,), what they do: see `BehaviorTree`.
+        robots: The rows of the robots by name; that of a single one is empty.
+        estimates: What they take to be their rows, if that differs.
+    """
+    here = [
+        i
+        for i, row in enumerate(humans)
+        if row[0] == row[0] and not is_outside(row)
+    ]
+    told = [
+        m.agent(
+            humans[i],
+            id=int(people.ids[i]),
+            name=people.names[i],
+            behavior=_NUMBERS.get(people.behaviors[i], 0),
+            behavior_state=int(status[i]),
+            group_id=int(people.group_ids[i]),
+            desired_velocity=float(people.speeds[i]),
+        )
+        for i in here
+    ]
+    yield "/human_states", m.agents(time, told)
+    seen = [
+        message(
+            "people_msgs/msg/Person",
+            name=people.names[i],
+            position=it.position.position,
+            velocity=m.vector(
+                *(it.velocity.linear.x, it.velocity.linear.y), kind="Point"
+            ),
+            reliability=1.0,
+        )
+        for i, it in zip(here, told, strict=True)
+    ]
+    kind = "people_msgs/msg/People"
+    yield "/people", message(kind, header=m.header(time, "map"), people=seen)
+    poses = []
+    for name, row in robots.items():
+        prefix, frame = frames_of(name)
+        known = estimates.get(name, row)
+        odom, base = f"{frame}odom", f"{frame}base_link"
+        robot = m.agent(row, type=m.ROBOT, name=name or "robot")
+        yield f"{prefix}/robot_states", robot
+        yield f"{prefix}/odom", m.odometry(time, known, odom, base)
+        poses += [
+            m.transform(time, "map", odom),
+            m.transform(time, odom, base, known[:3].tolist()),
+        ]
+    yield "/tf", m.transforms(*poses)
+
+
+def marker_topic(
+    time: float, people: People, humans: Array, robots: Mapping[str, Array]
+) -> Told:
+    """Returns the markers of all people and robots, for RViz."""
+    told = [_marker(time, "", 0, [0, 0, 0], [0, 0, 0], _DARK, action=3)]
+    for i, row in enumerate(humans):
+        if np.isnan(row[0]) or is_outside(row):
+            continue
+        x, y, yaw, *_ = row.tolist()
+        tall, wide = people.heights[i], 2 * float(row[RADIUS])
+        color = _COLORS[_NUMBERS.get(people.behaviors[i], 0)]
+        told += [
+            # Legs, body, head, and the name above.
+            _marker(
+                *(time, "legs", i),
+                at=(x, y, yaw, 0.25 * tall),
+                size=(0.45 * wide, 0.5 * wide, 0.5 * tall),
+                color=_DARK,
+            ),
+            _marker(
+                *(time, "body", i),
+                at=(x, y, yaw, 0.67 * tall),
+                size=(0.5 * wide, 0.85 * wide, 0.34 * tall),
+                color=color,
+            ),
+            _marker(
+                *(time, "head", i),
+                type=BALL,
+                at=(x, y, yaw, 0.92 * tall),
+                size=(0.13 * tall, 0.11 * tall, 0.16 * tall),
+                color=_SKIN,
+            ),
+            _marker(
+                *(time, "name", i),
+                type=TEXT,
+                at=(x, y, 0.0, 1.1 * tall),
+                size=(0.0, 0.0, 0.25),
+                color=_DARK,
+                text=people.names[i],
+            ),
+        ]
+    for i, (name, row) in enumerate(robots.items()):
+        x, y, yaw, *_ = row.tolist()
+        side = 2 * float(row[RADIUS])
+        told += [
+            _marker(
+                *(time, "robot", i),
+                at=(x, y, yaw, 0.2),
+                size=(side, side, 0.4),
+                color=_ROBOT,
+            ),
+            _marker(
+                *(time, "heading", i),
+                type=ARROW,
+                at=(x, y, yaw, 0.42),
+                size=(0.5 * side, 0.06, 0.06),
+                color=_DARK,
+                text=name,
+            ),
+        ]
+    kind = "visualization_msgs/msg/MarkerArray"
+    return "/markers", message(kind, markers=told)
+
+
+# Types of markers.
+ARROW, BALL, TEXT = 0, 2, 9
+
+# By the numbers of behaviors: red, green, blue.
+_COLORS = (
+    *((0.55, 0.55, 0.6), (0.2, 0.45, 0.75), (0.5, 0.5, 0.5)),
+    *((0.9, 0.6, 0.1), (0.75, 0.75, 0.2), (0.2, 0.65, 0.35)),
+    (0.8, 0.2, 0.2),
+)
+_DARK, _SKIN, _ROBOT = (0.15, 0.17, 0.25), (0.85, 0.68, 0.55), (0.9, 0.9, 0.92)
+
+
+def _marker(
+    time: float,
+    kind: str,
+    number: int,
+    at: Sequence[float],
+    size: Sequence[float],
+    color: Sequence[float],
+    **more: Any,
+) -> Any:
+    """Returns a marker: a cylinder, unless another `type` is given."""
+    red, green, blue = color
+    return message(
+        "visualization_msgs/msg/Marker",
+        header=m.header(time, "map"),
+        ns=kind,
+        id=number,
+        pose=m.pose(*at),
+        scale=m.vector(size[0], size[1], size[2]),
+        color=message("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=1.0),
+        **{"type": 3, **more},
+    )
+
+
+def frames_of(robot: str) -> tuple[str, str]:
+    """Returns the first part of the topics and frames of a robot."""
+    return (f"/{robot}", f"{robot}/") if robot else ("", "")
+
+
+def map_topic(obstacles: Obstacles) -> Iterator[Told]:
+    """Yields the map of walls; none without walls."""
+    low, high = bounds_of(obstacles)
+    if np.isfinite(low).all():
+        bounds = (*(low - _MARGIN).tolist(), *(high + _MARGIN).tolist())
+        walls = costmap_from_obstacles(obstacles, bounds, _CELL)
+        yield "/map", m.grid(0.0, walls)
+
+
+class TrialTopics:
+    """The topics of a trial that is simulated.
+
+    It remembers when large messages were told last, so each user has its own.
+    """
+
+    def __init__(self, diagram: TrialDiagram) -> None:
+        """Constructs TrialTopics.
+
+        Raises:
+            ValueError: If a number of a person does not fit into messages.
+        """
+        self._diagram = diagram
+        self._parts = robot_parts(diagram.scenario)
+        humans = diagram.humans
+        facts = describe_people(humans)
+        self._people = People(
+            *(facts["human_names"], facts["human_ids"], facts["behaviors"]),
+            facts["group_ids"],
+            [it.desired_speed for it in humans],
+            [_ADULT * it.figure.tall for it in humans],
+        )
+        check_numbers(self._people)
+        self._lidars = [
+            (part, port, f"{name}/scan" if name else "scan", sensor)
+            for part in self._parts
+            for port, name, sensor in scans_of(part.scenario)
+            if diagram.HasOutputPort(part.prefix + port)
+        ]
+        self._told: dict[str, Any] = {}
+
+    def constants(self) -> Iterator[Told]:
+        """Yields what does not change: the map, sensors' frames, goals."""
+        scenario = self._diagram.scenario
+        yield from map_topic(scenario.world.obstacles())
+        mounts = []
+        for part, _, topic, sensor in self._lidars:
+            _, frame = frames_of(part.name)
+            parent = f"{frame}base_link" if sensor.mount == "robot" else "map"
+            child = frame + frame_of_scan(topic)
+            at = (*sensor.pose, sensor.height)
+            mounts.append(m.transform(0.0, parent, child, at))
+        if mounts:
+            yield "/tf_static", m.transforms(*mounts)
+        for part in self._parts:
+            goal = part.scenario.robot.goal
+            if goal is not None:
+                prefix, _ = frames_of(part.name)
+                told = m.pose_stamped(0.0, "map", goal)
+                yield f"{prefix}/goal_pose", told
+
+    def at(self, context: Context, *, commands: bool = True) -> Iterator[Told]:
+        """Yields the messages of an instant of the trial, its clock last.
+
+        Args:
+            context: The Context of the trial.
+            commands: Whether `/cmd_vel` and `/plan` are told, too.
+        """
+        time = context.get_time()
+        humans = self._rows("human_states", context)
+        status = self._port("behavior_status").Eval(context)
+        robots = {
+            part.name: self._rows(f"{part.prefix}robot_state", context)[0]
+            for part in self._parts
+        }
+        estimates = {
+            part.name: self._rows(port, context)[0]
+            for part in self._parts
+            if self._diagram.HasOutputPort(
+                port := f"{part.prefix}estimated_robot_state"
+            )
+        }
+        yield from body_topics(
+            time, self._people, humans, status, robots, estimates
+        )
+        if self._is_due("markers", time):
+            yield marker_topic(time, self._people, humans, robots)
+        for part in self._parts:
+            yield from self._costmaps(part, context)
+            if commands:
+                yield from self._commands(part, context)
+        for part, port, topic, sensor in self._lidars:
+            prefix, frame = frames_of(part.name)
+            scan = self._port(part.prefix + port).Eval(context)
+            if self._is_new(f"{prefix}/{topic}", scan):
+                frame += frame_of_scan(topic)
+                told = m.laser_scan(time, frame, sensor, scan)
+                yield f"{prefix}/{topic}", told
+        yield "/clock", m.clock(time)
+
+    def _commands(self, part: RobotPart, context: Context) -> Iterator[Told]:
+        prefix, _ = frames_of(part.name)
+        port = self._port(f"{part.prefix}velocity_command")
+        v, omega = port.Eval(context).tolist()
+        yield f"{prefix}/cmd_vel", m.twist(v, 0.0, omega)
+        way = self._port(f"{part.prefix}planner_path").Eval(context)
+        if self._is_new(f"{prefix}/plan", way):
+            yield f"{prefix}/plan", m.path(context.get_time(), way)
+
+    def _costmaps(self, part: RobotPart, context: Context) -> Iterator[Told]:
+        prefix, _ = frames_of(part.name)
+        time = context.get_time()
+        for name in ("local_costmap", "global_costmap"):
+            port = part.prefix + name
+            if not self._diagram.HasOutputPort(port):
+                continue
+            if self._is_due(name, time, port):
+                costs = self._port(port).Eval(context)
+                if costs.costs.size:
+                    yield f"{prefix}/{name}/costmap", m.grid(time, costs)
+
+    def _is_due(self, name: str, time: float, key: str = "") -> bool:
+        """Returns whether a large message is due; also if the time is back."""
+        last = self._told.get(key or name, -np.inf)
+        if 0 <= time - last < _PERIODS[name] - 1e-6:
+            return False
+        self._told[key or name] = time
+        return True
+
+    def _is_new(self, topic: str, values: Array) -> bool:
+        last = self._told.get(topic)
+        if last is not None and np.array_equal(last, values):
+            return False
+        self._told[topic] = np.array(values)
+        return True
+
+    def _port(self, name: str) -> Any:
+        return self._diagram.GetOutputPort(name)
+
+    def _rows(self, name: str, context: Context) -> Array:
+        rows: Array = self._port(name).Eval(context).reshape(-1, STATE_SIZE)
+        return rows
+
+
+def frame_of_scan(topic: str) -> str:
+    """Returns the frame of a scan: "laser", or the name of its lidar."""
+    return topic.rpartition("/")[0] or "laser"

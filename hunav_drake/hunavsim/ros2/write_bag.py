@@ -1,0 +1,183 @@
+"""Writes trials to ROS 2 bags, without ROS."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+import shutil
+import tempfile
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from hunav_drake.hunavsim.ros2 import topics
+from hunav_drake.hunavsim.ros2.topics import LATCHED, Told, TrialTopics
+from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.planning.ros2 import messages as m
+from hunav_drake.systems.planning.ros2.message_types import to_cdr, type_store
+from hunav_drake.trial.diagram import MakeTrialDiagram
+from hunav_drake.trial.result import TrialResult
+from hunav_drake.trial.simulation import RunTrial
+
+# By the ends of their names.
+STORAGES = {".mcap": "MCAP", ".db3": "SQLITE3"}
+
+
+def WriteBag(
+    run: TrialResult | Recording,
+    filename: str | Path,
+    *,
+    scenario: Scenario | None = None,
+) -> Path:
+    """Writes a trial to a bag of ROS 2, of version 9.
+
+    It has the topics `/human_states` and `/robot_states` (hunav_msgs),
+    `/people`, `/odom`, `/tf`, `/markers`, `/clock`, `/map` and `/goal_pose`.
+    With the scenario, the trial is run again, for `/cmd_vel`, `/plan`, `/scan`,
+    `/local_costmap/costmap` and `/global_costmap/costmap`, too. Time 0 of the
+    trial is time 0 of the bag.
+
+    Args:
+        run: The trial.
+        filename: The file: its name ends in .mcap or .db3. ROS 2 needs the
+            file "metadata.yaml", which is written beside it, to be alone: give
+            each bag its own folder.
+        scenario: The scenario with the seed of the trial.
+
+    Returns:
+        The file.
+
+    Raises:
+        FileExistsError: If there is a file of this name, or a metadata.yaml.
+        ImportError: If rosbags is not installed.
+        OSError: If the file cannot be written.
+        ValueError: If the name has another end, a number of a person does not
+            fit into messages, or the scenario gives another trial.
+    """
+    recording = run.recording if isinstance(run, TrialResult) else run
+    path = Path(filename)
+    if path.suffix not in STORAGES:
+        raise ValueError(f"{path}: its name must end in .mcap or .db3")
+    for file in (path, path.with_name("metadata.yaml")):
+        if file.exists():
+            raise FileExistsError(f"{file} exists; write into a new folder")
+    if scenario is None:
+        write(path, _recorded(recording))
+        return path
+    found: list[tuple[float, list[Told]]] = []
+    diagram = MakeTrialDiagram(scenario)
+    told = TrialTopics(diagram)
+    due = set(recording.times.tolist())
+
+    def watch(context: Context) -> bool:
+        if context.get_time() in due:
+            found.append((context.get_time(), list(told.at(context))))
+        return True
+
+    again = RunTrial(scenario, diagram=diagram, watch=watch)
+    if again.recording != recording:
+        raise ValueError(
+            "the scenario gives another trial than the run: was the program,"
+            " the machine or a file changed? Leave the scenario out"
+        )
+    write(path, [(0.0, list(told.constants())), *found])
+    return path
+
+
+def _recorded(recording: Recording) -> Iterator[tuple[float, list[Told]]]:
+    """Yields the topics of a recording, by time."""
+    people = topics.people_of(recording)
+    topics.check_numbers(people)
+    start = float(recording.times[0])
+    known = topics.map_topic(recording.obstacles)
+    yield start, [*known] if recording.walls_known else []
+    for it in recording.robots:
+        if it.goal is not None:
+            prefix, _ = topics.frames_of(it.robot_name)
+            goal = m.pose_stamped(start, "map", it.goal)
+            yield start, [(f"{prefix}/goal_pose", goal)]
+    known_status = recording.behavior_status
+    status = np.zeros(recording.humans.shape[:2])
+    if known_status is not None:
+        status += known_status
+    for k, time in enumerate(recording.times.tolist()):
+        robots = {it.robot_name: it.robot[k] for it in recording.robots}
+        humans = recording.humans[k]
+        told = [
+            *topics.body_topics(time, people, humans, status[k], robots, {}),
+            topics.marker_topic(time, people, humans, robots),
+            ("/clock", m.clock(time)),
+        ]
+        yield time, told
+
+
+def write(path: Path, found: Iterable[tuple[float, Iterable[Told]]]) -> None:
+    """Writes messages to a bag, whole or not at all.
+
+    Args:
+        path: The file.
+        found: Times, in seconds, and the messages of each.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    from rosbags.rosbag2 import (
+        CompressionFormat,
+        CompressionMode,
+        StoragePlugin,
+        Writer,
+    )
+
+    plugin = StoragePlugin[STORAGES[path.suffix]]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(
+        dir=path.parent, prefix=f".{path.name}."
+    ) as draft:
+        folder = Path(draft) / path.stem
+        bag = Writer(folder, version=9, storage_plugin=plugin)
+        if plugin == StoragePlugin.MCAP:
+            bag.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        with bag:
+            connections: dict[str, Any] = {}
+            for time, told in found:
+                for topic, sent in told:
+                    if topic not in connections:
+                        connections[topic] = _connect(bag, topic, sent)
+                    stamp = m.nanoseconds(m.stamp(time))
+                    bag.write(connections[topic], stamp, to_cdr(sent))
+        for file in folder.iterdir():
+            shutil.move(file, path.with_name(file.name))
+
+
+def _connect(bag: Any, topic: str, sent: Any) -> Any:
+    from rosbags.interfaces import (
+        Qos,
+        QosDurability,
+        QosHistory,
+        QosLiveliness,
+        QosReliability,
+        QosTime,
+    )
+
+    never = QosTime(2147483647, 4294967295)
+    latched = topic in LATCHED
+    return bag.add_connection(
+        topic,
+        sent.__msgtype__,
+        typestore=type_store(),
+        offered_qos_profiles=[
+            Qos(
+                history=QosHistory.KEEP_LAST,
+                depth=1 if latched else 10,
+                reliability=QosReliability.RELIABLE,
+                durability=QosDurability.TRANSIENT_LOCAL
+                if latched
+                else QosDurability.VOLATILE,
+                deadline=never,
+                lifespan=never,
+                liveliness=QosLiveliness.AUTOMATIC,
+                liveliness_lease_duration=never,
+                avoid_ros_namespace_conventions=False,
+            )
+        ],
+    )

@@ -1,0 +1,238 @@
+"""A planner beyond ROS 2's topics, such as Nav2."""
+
+import functools
+import math
+import time
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+from pydantic import Field, StrictBool, StrictFloat
+from pydantic.dataclasses import dataclass
+
+from hunav_drake.systems.common.field_docs import explain
+from hunav_drake.systems.common.schema import CONFIG, Integer, within
+from hunav_drake.systems.planning.planner import (
+    Plan,
+    PlannerStatus,
+    PlanningTask,
+    View,
+    register_planner,
+)
+from hunav_drake.systems.planning.planner_error import PlannerError
+from hunav_drake.systems.planning.pure_planner import Planner
+
+
+class BridgeMemory(NamedTuple):
+    """What is left of the last cycle.
+
+    Attributes:
+        goal: The goal that was told last; empty before.
+        stamp: The time of the last command, in nanoseconds; -1 before.
+        command: That command (v, omega), in m/s and rad/s.
+    """
+
+    goal: tuple[float, ...] = ()
+    stamp: int = -1
+    command: tuple[float, float] = (0.0, 0.0)
+
+
+@explain
+@register_planner("bridge")
+@dataclass(kw_only=True, config=CONFIG)
+class BridgePlanner(Planner):
+    """Asks another program for commands, over ROS 2's topics (DDS).
+
+    In each cycle it publishes what it observes: `/observation` (the robot and
+    the people that it perceives, as hunav_msgs/Agents), `/odom`, `/tf`,
+    `/scan`, `/goal_pose` when the goal is new, and then `/clock`. In lockstep
+    it then waits for the command of this cycle on `/cmd_vel`; else it takes the
+    last one that has come. In lockstep, a trial is as repeatable as the other
+    program is.
+    """
+
+    initial_memory: ClassVar[Any] = BridgeMemory()
+
+    lockstep: StrictBool = True
+    """Whether each cycle waits for its command; otherwise the trial goes on
+    with the last one."""
+
+    time_limit: Annotated[StrictFloat, within(0, 3600, "s", low_open=True)] = (
+        10.0
+    )
+    """Longest wait for a command in lockstep, and at the start for somebody who
+    publishes commands, in seconds of wall-clock time."""
+
+    hold_time: Annotated[StrictFloat, within(0, 3600, "s", low_open=True)] = 0.5
+    """Without lockstep, time until the robot stops if no new command comes, in
+    seconds."""
+
+    command_type: Literal["Twist", "TwistStamped"] = "Twist"
+    """Type of the commands. Stamped ones are matched by their stamps: in
+    lockstep, those before the time of the cycle do not count."""
+
+    namespace: Annotated[
+        str, Field(pattern=r"^([A-Za-z][A-Za-z0-9_]*)?$", max_length=60)
+    ] = ""
+    """First part of the names of topics and frames, as of one of several
+    robots; `/clock` and the frame `map` have none."""
+
+    scan: StrictBool = False
+    """Whether it publishes the scan of the robot's first lidar."""
+
+    domain: Annotated[Integer, Field(ge=0, le=232)] | None = None
+    """Number of the DDS domain; by default that of the environment variable
+    ROS_DOMAIN_ID, or 0."""
+
+    network: Annotated[str, Field(min_length=1, max_length=60)] = "lo"
+    """Network interface; `lo` is this machine alone."""
+
+    @property
+    def scan_size(self) -> int | None:  # type: ignore[override]
+        """See `Planner`."""
+        return None if self.scan else 0
+
+    def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
+        """Decides the command of one cycle: see `Planner.plan`."""
+        assert isinstance(memory, BridgeMemory)
+        link = _link(
+            *(self.domain, self.network, self.namespace, self.command_type)
+        )
+        if self.lockstep:
+            link.meet(view.time, self.time_limit)
+        link.forget_commands()
+        goal = tuple(view.goal.tolist())
+        link.tell(task, view, with_goal=goal != memory.goal)
+        now = round(view.time * 1e9)
+        if self.lockstep:
+            found = link.wait_for(task, view, self.time_limit)
+        else:
+            found, link.last_command = link.last_command, None
+        if found is not None:
+            memory = BridgeMemory(goal, now, found)
+        v, omega = memory.command
+        if now - memory.stamp > self.hold_time * 1e9:
+            v = omega = 0.0
+        memory = memory._replace(goal=goal)
+        if not (math.isfinite(v) and math.isfinite(omega)):
+            text = f"v = {v}, omega = {omega}"
+            text = f"a command on {link.topic} is not finite: {text}"
+            raise PlannerError("bridge", view.time, text)
+        return Plan(v, omega, PlannerStatus.DRIVING, memory=memory)
+
+
+class _Link:
+    """The topics of a bridge. What it holds belongs to the other program."""
+
+    def __init__(
+        self, domain: int | None, network: str, namespace: str, kind: str
+    ) -> None:
+        from hunav_drake.systems.planning.ros2.dds import DdsNode
+
+        self._prefix = f"/{namespace}" if namespace else ""
+        self._frame = f"{namespace}/" if namespace else ""
+        self.topic = f"{self._prefix}/cmd_vel"
+        self._stamped = kind == "TwistStamped"
+        self._node = DdsNode(domain, network)
+        self._commands = self._node.subscribe(
+            self.topic, f"geometry_msgs/msg/{kind}"
+        )
+        self._node.advertise("/clock", "rosgraph_msgs/msg/Clock")
+        self._node.advertise(
+            f"{self._prefix}/observation", "hunav_msgs/msg/Agents"
+        )
+        self.last_command: tuple[float, float] | None = None
+        self._met = False
+
+    def meet(self, now: float, limit: float) -> None:
+        """Waits, the first time, for somebody who publishes commands."""
+        if self._met:
+            return
+        end = time.monotonic() + limit
+        while not self._commands.num_writers:
+            if time.monotonic() > end:
+                raise PlannerError(
+                    "bridge",
+                    now,
+                    f"nobody publishes {self.topic} on DDS domain"
+                    f" {self._node.domain}, network {self._node.network}, after"
+                    f" time_limit = {limit:g} s; start the other program first,"
+                    " with the same ROS_DOMAIN_ID",
+                )
+            time.sleep(0.01)
+        self._met = True
+
+    def tell(self, task: PlanningTask, view: View, *, with_goal: bool) -> None:
+        """Publishes what a cycle observes."""
+        from hunav_drake.systems.planning.ros2 import messages as m
+
+        now, robot = view.time, view.robot
+        node, prefix, frame = self._node, self._prefix, self._frame
+        odom, base = f"{frame}odom", f"{frame}base_link"
+        if with_goal:
+            goal = m.pose_stamped(now, "map", view.goal.tolist())
+            node.publish(f"{prefix}/goal_pose", goal)
+        node.publish(f"{prefix}/odom", m.odometry(now, robot, odom, base))
+        poses = m.transforms(
+            m.transform(now, "map", odom),
+            m.transform(now, odom, base, robot[:3].tolist()),
+        )
+        node.publish("/tf", poses)
+        if view.scan is not None:
+            assert task.lidar is not None
+            scan = m.laser_scan(now, f"{frame}laser", task.lidar, view.scan)
+            node.publish(f"{prefix}/scan", scan)
+        seen = m.observation(now, robot, view.humans)
+        node.publish(f"{prefix}/observation", seen)
+        node.publish("/clock", m.clock(now))
+
+    def forget_commands(self) -> None:
+        """Takes commands that came before now; the last one is kept."""
+        from hunav_drake.systems.planning.ros2.messages import command
+
+        for told in self._commands.take():
+            self.last_command = command(told)
+
+    def wait_for(
+        self, task: PlanningTask, view: View, limit: float
+    ) -> tuple[float, float] | None:
+        """Waits for the command of a cycle that has been told.
+
+        Somebody who has come meanwhile is told it again.
+        """
+        from hunav_drake.systems.planning.ros2 import messages as m
+
+        now = round(view.time * 1e9)
+        end = time.monotonic() + limit
+        topic = f"{self._prefix}/observation"
+        readers = self._node.num_readers(topic)
+        others: list[int] = []
+        while True:
+            for told in self._commands.take():
+                if not self._stamped:
+                    return m.command(told)
+                stamp = m.nanoseconds(told.header.stamp)
+                if now <= stamp < now + round(task.time_step * 1e9):
+                    return m.command(told)
+                others.append(stamp)
+            if time.monotonic() > end:
+                late = _late(self.topic, limit, others)
+                raise PlannerError("bridge", view.time, late)
+            if (found := self._node.num_readers(topic)) > readers:
+                self.tell(task, view, with_goal=True)
+            readers = found
+            time.sleep(5e-5)
+
+
+def _late(topic: str, limit: float, others: list[int]) -> str:
+    text = f"no command on {topic} within time_limit = {limit:g} s"
+    if others:
+        text += (
+            f"; {len(others)} came for other times, the last for"
+            f" {others[-1] * 1e-9:g} s: do nodes there have use_sim_time?"
+        )
+    return text
+
+
+@functools.cache
+def _link(*settings: Any) -> _Link:
+    """Returns the topics of a bridge; all trials of a process share them."""
+    return _Link(*settings)
