@@ -5,7 +5,7 @@
 As Nav2 has its map and its parameters, it has the scenario, of which it takes
 the walls, the robot's limits and the planner. It answers each observation with
 a stamped command, from its memory of the cycle before. HUNAV_TEST_FAULT makes
-it answer late, never, or nonsense, from the fifth cycle on.
+it answer late, never, nonsense, or with stale stamps, from the fifth cycle on.
 """
 
 import os
@@ -79,7 +79,8 @@ def serve(scenario, fault=""):
                 if fault == "nonsense":
                     command = m.twist(np.nan, 0.0, 1.0)
             header = m.header(0.0, "base_link")
-            header.stamp = told.header.stamp
+            if fault != "stale" or cycles < 5:
+                header.stamp = told.header.stamp
             node.publish(
                 "/cmd_vel", message(TWIST, header=header, twist=command)
             )

@@ -213,8 +213,8 @@ def test_the_readme_counts_what_there_is():
     planners = [
         p for p in PLANNERS.values() if p.__module__.startswith("hunav_drake.")
     ]
-    # (Two do not plan: stand, and external, which holds a command.)
-    assert f"| {len(planners) - 2}, among them DWB" in README
+    # (Three do not plan: stand, external, and bridge, which asks others.)
+    assert f"| {len(planners) - 3}, among them DWB" in README
     folder = ROOT / "systems" / "behavior" / "trees"
     trees = {path.stem for path in folder.glob("*.xml")}
     # What trees have in common, and what editors know of nodes.

@@ -9,7 +9,12 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Context
 
-from hunav_drake.hunavsim.ros2.topics import LATCHED, TrialTopics, frames_of
+from hunav_drake.hunavsim.ros2.topics import (
+    LATCHED,
+    TrialTopics,
+    frames_of,
+    ros_name,
+)
 from hunav_drake.scenario.fleet import robot_parts, with_parts
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.planning.ros2 import messages as m
@@ -51,7 +56,7 @@ def with_bridge(scenario: Scenario, planner: BridgePlanner) -> Scenario:
             period=own.period,
             sees=own.sees,
             localization=own.localization,
-            namespace=part.name,
+            namespace=ros_name(part.name),
             scan=first_lidar(part.scenario) is not None,
         )
         changed = dataclasses.replace(part.scenario, planner=mine)

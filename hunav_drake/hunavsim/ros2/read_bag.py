@@ -2,10 +2,12 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+import contextlib
 import dataclasses
+import errno
 import math
+import os
 from pathlib import Path
-import struct
 from typing import Any, NamedTuple
 import warnings
 
@@ -134,26 +136,32 @@ class _Bag:
         chosen = [it for it in self._reader.connections if it.topic in topics]
         if not chosen:
             return
-        for it, nanoseconds, data in self._reader.messages(chosen):
+        found = self._reader.messages(chosen)
+        while True:
+            with _damage_told(f"cannot be read to its end, topics {topics}"):
+                it, nanoseconds, data = next(found, (None, 0, b""))
+            if it is None:
+                return
             time = nanoseconds * 1e-9
-            try:
+            place = f"the message of topic {it.topic} at {time:.9g} s"
+            with _damage_told(f"{place} is damaged"):
                 told = self._reader.deserialize(data, it.msgtype)
-            except _damages() as error:
-                raise ValueError(
-                    f"the message of topic {it.topic} at {time:.9g} s is"
-                    f" damaged ({error})"
-                ) from error
             yield it.topic, time, told
 
 
-def _damages() -> tuple[type[Exception], ...]:
-    """Returns the errors by which rosbags tells of damaged files."""
-    from rosbags.highlevel import AnyReaderError
+@contextlib.contextmanager
+def _damage_told(what: str) -> Iterator[None]:
+    """Turns what is raised while bytes of a bag are read into a ValueError.
 
-    return (
-        *(AnyReaderError, struct.error, ValueError, KeyError, IndexError),
-        *(TypeError, AssertionError, EOFError),
-    )
+    Damaged bytes make rosbags, and the libraries below it, raise anything.
+    """
+    try:
+        yield
+    except (OSError, ImportError):
+        raise
+    except Exception as error:
+        words = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"{what}: {words:.200}") from error
 
 
 def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
@@ -161,12 +169,11 @@ def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
     store = type_store()
     from rosbags.highlevel import AnyReader
 
-    try:
+    if not path.exists():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)
+    with _damage_told("is no bag that can be read"):
         reader = AnyReader([path], default_typestore=store)
         reader.open()
-    except _damages() as error:
-        words = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"is no bag that can be read: {words}") from error
     try:
         return _recording(_Bag(reader), people, robot)
     finally:

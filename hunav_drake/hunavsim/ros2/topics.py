@@ -5,6 +5,7 @@ has its name before its topics and frames, as in `/anna/odom`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -256,7 +257,14 @@ def _marker(
 
 def frames_of(robot: str) -> tuple[str, str]:
     """Returns the first part of the topics and frames of a robot."""
-    return (f"/{robot}", f"{robot}/") if robot else ("", "")
+    name = ros_name(robot)
+    return (f"/{name}", f"{name}/") if name else ("", "")
+
+
+def ros_name(name: str) -> str:
+    """Returns a name with what topics must not have as underscores."""
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", name)
+    return f"r_{plain}" if plain[:1].isdigit() or plain[:1] == "_" else plain
 
 
 def map_topic(obstacles: Obstacles) -> Iterator[Told]:
@@ -291,8 +299,17 @@ class TrialTopics:
             [_ADULT * it.figure.tall for it in humans],
         )
         check_numbers(self._people)
+        names = [part.name for part in self._parts]
+        topics = [ros_name(name) for name in names]
+        for i, topic in enumerate(topics):
+            if topic in topics[:i]:
+                other = names[topics.index(topic)]
+                raise ValueError(
+                    f"the robots {other!r} and {names[i]!r} would both be"
+                    f" {topic!r} in topics; rename one"
+                )
         self._lidars = [
-            (part, port, f"{name}/scan" if name else "scan", sensor)
+            (part, port, f"{ros_name(name)}/scan".lstrip("/"), sensor)
             for part in self._parts
             for port, name, sensor in scans_of(part.scenario)
             if diagram.HasOutputPort(part.prefix + port)

@@ -1,15 +1,23 @@
 """A planner beyond ROS 2's topics, such as Nav2."""
 
+from collections.abc import Iterator
 import functools
+import importlib.util
 import math
+import os
+import re
+import socket
 import time
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, StrictBool, StrictFloat
+from pydantic import AfterValidator, Field, StrictBool, StrictFloat
 from pydantic.dataclasses import dataclass
+from pydantic_core import PydanticCustomError
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.field_docs import explain
-from hunav_drake.systems.common.schema import CONFIG, Integer, within
+from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.planning.planner import (
     Plan,
     PlannerStatus,
@@ -19,6 +27,14 @@ from hunav_drake.systems.planning.planner import (
 )
 from hunav_drake.systems.planning.planner_error import PlannerError
 from hunav_drake.systems.planning.pure_planner import Planner
+from hunav_drake.systems.world.obstacles import Obstacles
+
+
+def _namespace(text: str) -> str:
+    if text and not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", text, re.ASCII):
+        rule = "must begin with a letter, followed by letters, digits or _"
+        raise PydanticCustomError("namespace", rule)
+    return text
 
 
 class BridgeMemory(NamedTuple):
@@ -69,9 +85,7 @@ class BridgePlanner(Planner):
     """Type of the commands. Stamped ones are matched by their stamps: in
     lockstep, those before the time of the cycle do not count."""
 
-    namespace: Annotated[
-        str, Field(pattern=r"^([A-Za-z][A-Za-z0-9_]*)?$", max_length=60)
-    ] = ""
+    namespace: Annotated[Name, AfterValidator(_namespace)] = ""
     """First part of the names of topics and frames, as of one of several
     robots; `/clock` and the frame `map` have none."""
 
@@ -85,6 +99,32 @@ class BridgePlanner(Planner):
     network: Annotated[str, Field(min_length=1, max_length=60)] = "lo"
     """Network interface; `lo` is this machine alone."""
 
+    def find_faults(
+        self, obstacles: Obstacles, start: Array, goal: Array
+    ) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Yields what is missing on this machine."""
+        for package in ("rosbags", "cyclonedds"):
+            if importlib.util.find_spec(package) is None:
+                yield (
+                    (),
+                    f"bridge needs {package}: pip install 'hunav_drake[ros]'",
+                )
+                return
+        from hunav_drake.systems.planning.ros2.dds import default_domain
+
+        try:
+            default_domain()
+        except ValueError as error:
+            if self.domain is None:
+                yield ("domain",), str(error)
+        known = [name for _, name in socket.if_nameindex()]
+        if self.network not in known and not os.environ.get("CYCLONEDDS_URI"):
+            yield (
+                ("network",),
+                f"there is no network interface {shown(self.network)};"
+                f" valid: {', '.join(known)}",
+            )
+
     @property
     def scan_size(self) -> int | None:  # type: ignore[override]
         """See `Planner`."""
@@ -92,10 +132,11 @@ class BridgePlanner(Planner):
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle: see `Planner.plan`."""
+        from hunav_drake.systems.planning.ros2.dds import default_domain
+
         assert isinstance(memory, BridgeMemory)
-        link = _link(
-            *(self.domain, self.network, self.namespace, self.command_type)
-        )
+        domain = default_domain() if self.domain is None else self.domain
+        link = _link(domain, self.network, self.namespace, self.command_type)
         if self.lockstep:
             link.meet(view.time, self.time_limit)
         link.forget_commands()
@@ -196,14 +237,13 @@ class _Link:
     ) -> tuple[float, float] | None:
         """Waits for the command of a cycle that has been told.
 
-        Somebody who has come meanwhile is told it again.
+        It is told again each second: somebody may have come anew.
         """
         from hunav_drake.systems.planning.ros2 import messages as m
 
         now = round(view.time * 1e9)
-        end = time.monotonic() + limit
-        topic = f"{self._prefix}/observation"
-        readers = self._node.num_readers(topic)
+        told_at = time.monotonic()
+        end = told_at + limit
         others: list[int] = []
         while True:
             for told in self._commands.take():
@@ -213,12 +253,13 @@ class _Link:
                 if now <= stamp < now + round(task.time_step * 1e9):
                     return m.command(told)
                 others.append(stamp)
-            if time.monotonic() > end:
+            waited = time.monotonic()
+            if waited > end:
                 late = _late(self.topic, limit, others)
                 raise PlannerError("bridge", view.time, late)
-            if (found := self._node.num_readers(topic)) > readers:
+            if waited > told_at + 1.0:
                 self.tell(task, view, with_goal=True)
-            readers = found
+                told_at = waited
             time.sleep(5e-5)
 
 

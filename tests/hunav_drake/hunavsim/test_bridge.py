@@ -1,0 +1,365 @@
+"""Trials that another process drives, which knows them by DDS alone."""
+
+import contextlib
+import importlib.util
+import itertools
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+import pytest
+
+from hunav_drake import (
+    LoadContext,
+    LoadScenario,
+    MakeTrialSimulator,
+    RunBridge,
+    RunTrial,
+    SaveContext,
+)
+from hunav_drake.commands.cli import main
+from hunav_drake.hunavsim.ros2.live import FoxgloveTopics, with_bridge
+from hunav_drake.systems.planning import BridgePlanner
+from hunav_drake.systems.planning.ros2 import DdsNode, messages as m
+from hunav_drake.trial.diagram import MakeTrialDiagram
+
+ROOT = Path(__file__).parents[3]
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("cyclonedds") is None, reason="no cyclonedds"
+)
+
+_NUMBERS = itertools.count()
+
+
+@pytest.fixture
+def domain(monkeypatch):
+    """Sets a domain that no other test uses, and returns its number."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]
+    number = 100 + 30 * (int(worker) % 4) + next(_NUMBERS) % 30
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    return number
+
+
+@contextlib.contextmanager
+def driven(*scenario, fault=""):
+    """Runs the planner of a scenario in a process that knows DDS alone."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.dds_planner", *scenario],
+        cwd=ROOT,
+        env={**os.environ, "HUNAV_TEST_FAULT": fault},
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def bridge(**settings):
+    settings = {"command_type": "TwistStamped", "time_limit": 120.0} | settings
+    return BridgePlanner(**settings)
+
+
+SHORT = ["planner.type=dwb", "simulation.duration=4"]
+LONG = [("house", "planner.type=dwb"), ("crossing", "planner.type=dwb")]
+
+
+@pytest.mark.slow
+def test_a_thousand_steps_are_those_of_one_process(domain):
+    cycles = 0
+    for scenario in LONG:
+        alone = LoadScenario(filename=scenario[0], overrides=scenario[1:])
+        expected = RunTrial(alone)
+        with driven(*scenario):
+            result = RunBridge(alone, bridge())
+        assert result.recording == expected.recording
+        assert result.end_reason == expected.end_reason == "goal"
+        assert (result.metrics.dropna() == expected.metrics.dropna()).all()
+        cycles += round(expected.end_time / alone.planner.period)
+    assert cycles >= 1000
+
+
+def test_forks_and_files_go_on_as_in_one_process(domain, tmp_path):
+    alone = LoadScenario(filename="crossing", overrides=SHORT)
+    expected = RunTrial(alone).recording
+    diagram = MakeTrialDiagram(with_bridge(alone, bridge()))
+    port = diagram.GetOutputPort("robot_state")
+    times = np.linspace(0.0, 3.8, 20).round(1)
+    with driven("crossing", *SHORT):
+        straight = MakeTrialSimulator(diagram)
+        kept = []
+        for k, now in enumerate(times):
+            straight.AdvanceTo(now)
+            context = straight.get_context()
+            if k % 2:
+                file = SaveContext(diagram, context, tmp_path / f"{k}.npz")
+                kept.append(LoadContext(diagram, file))
+            else:
+                kept.append(context.Clone())
+        straight.AdvanceTo(4.0)
+        # (The other program goes back in time with each.)
+        for now, context in zip(times, kept, strict=True):
+            fork = MakeTrialSimulator(diagram, context)
+            for later in (now + 0.1, 4.0):
+                fork.AdvanceTo(later)
+                sample = round(later / 0.1)
+                np.testing.assert_array_equal(
+                    port.Eval(fork.get_context()), expected.robot[sample]
+                )
+    np.testing.assert_array_equal(
+        port.Eval(straight.get_context()), expected.robot[40]
+    )
+
+
+def test_a_late_answer_changes_nothing(domain):
+    alone = LoadScenario(
+        filename="crossing",
+        overrides=["planner.type=dwb", "simulation.duration=1"],
+    )
+    with driven("crossing", "planner.type=dwb", fault="late"):
+        result = RunBridge(alone, bridge())
+    assert result.recording == RunTrial(alone).recording
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("never", "no command on /cmd_vel within time_limit = 3 s"),
+        ("nonsense", "a command on /cmd_vel is not finite: v = nan"),
+        ("stale", "came for other times, the last for 0 s"),
+    ],
+)
+def test_a_faulty_answer_is_a_planner_that_failed(domain, fault, words):
+    scenario = LoadScenario(filename="crossing", overrides=SHORT)
+    with driven("crossing", *SHORT, fault=fault):
+        # (Its start may take longer than the limit.)
+        diagram = MakeTrialDiagram(with_bridge(scenario, bridge()))
+        Simulator(diagram).AdvanceTo(0.05)
+        result = RunBridge(scenario, bridge(time_limit=3.0))
+    assert result.end_reason == "planner_failed"
+    assert words in result.end_message
+    assert "planner 'bridge' failed at t = 0." in result.end_message
+
+
+def test_nobody_who_answers_is_told(domain):
+    scenario = LoadScenario(filename="crossing", overrides=SHORT)
+    result = RunBridge(scenario, bridge(time_limit=0.5))
+    assert result.end_reason == "planner_failed"
+    assert (
+        f"nobody publishes /cmd_vel on DDS domain {domain}, network lo"
+        in result.end_message
+    )
+
+
+def test_the_other_program_may_be_started_anew(domain):
+    """Killed after a second of the trial, another one takes over."""
+    scenario = LoadScenario(filename="crossing", overrides=SHORT)
+    diagram = MakeTrialDiagram(with_bridge(scenario, bridge()))
+    simulator = Simulator(diagram)
+    with driven("crossing", *SHORT) as first:
+        simulator.AdvanceTo(1.0)
+        first.send_signal(signal.SIGKILL)
+        first.wait()
+    with contextlib.ExitStack() as stack:
+        # It comes while the trial waits.
+        later = threading.Timer(
+            1.0, lambda: stack.enter_context(driven("crossing", *SHORT))
+        )
+        later.start()
+        simulator.AdvanceTo(2.0)
+        later.join()
+    state = diagram.GetOutputPort("robot_state").Eval(simulator.get_context())
+    assert np.isfinite(state).all()
+    assert simulator.get_context().get_time() == 2.0
+
+
+def test_real_time_takes_the_last_command(domain):
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.duration=3", "humans=[]"]
+    )
+    node = DdsNode()
+    node.advertise("/cmd_vel", "geometry_msgs/msg/Twist")
+    stop = threading.Event()
+
+    def drive():
+        while not stop.wait(0.02):
+            node.publish("/cmd_vel", m.twist(0.3, 0.0, 0.0))
+
+    thread = threading.Thread(target=drive)
+    thread.start()
+    told = []
+    started = time.monotonic()
+    try:
+        result = RunBridge(
+            scenario, BridgePlanner(lockstep=False), tell=told.append
+        )
+    finally:
+        stop.set()
+        thread.join()
+    assert time.monotonic() - started > 2.5
+    robot = result.recording.robot
+    assert np.hypot(robot[-1, 3], robot[-1, 4]) == pytest.approx(0.3, abs=1e-3)
+
+
+def test_without_commands_the_robot_stops(domain):
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.duration=2", "humans=[]"]
+    )
+    planner = BridgePlanner(lockstep=False, hold_time=0.3)
+    diagram = MakeTrialDiagram(with_bridge(scenario, planner))
+    port = diagram.GetOutputPort("velocity_command")
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.1)
+    node = DdsNode()
+    node.advertise("/cmd_vel", "geometry_msgs/msg/Twist")
+    end = time.monotonic() + 20
+    while not node.num_readers("/cmd_vel"):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    node.publish("/cmd_vel", m.twist(0.4, 0.0, 0.1))
+    time.sleep(0.3)
+    speeds = []
+    for now in np.arange(0.2, 1.0, 0.1):
+        simulator.AdvanceTo(now)
+        speeds.append(port.Eval(simulator.get_context())[0])
+    held = speeds.count(0.4)
+    assert held in (3, 4)
+    assert speeds == [0.4] * held + [0.0] * (len(speeds) - held)
+
+
+def test_what_is_published(domain):
+    """Maps and frames are there for those who come late; people have names."""
+    scenario = LoadScenario(
+        filename="crossing",
+        overrides=[
+            "simulation.duration=2",
+            "sensors=[{type: lidar}, {type: lidar, name: rear}]",
+        ],
+    )
+    node = DdsNode()
+    kinds = {
+        "/human_states": "hunav_msgs/msg/Agents",
+        "/robot_states": "hunav_msgs/msg/Agent",
+        "/people": "people_msgs/msg/People",
+        "/markers": "visualization_msgs/msg/MarkerArray",
+        "/odom": "nav_msgs/msg/Odometry",
+        "/tf": "tf2_msgs/msg/TFMessage",
+        "/scan": "sensor_msgs/msg/LaserScan",
+        "/rear/scan": "sensor_msgs/msg/LaserScan",
+        "/clock": "rosgraph_msgs/msg/Clock",
+        "/goal_pose": "geometry_msgs/msg/PoseStamped",
+    }
+    readers = {it: node.subscribe(it, kind) for it, kind in kinds.items()}
+    latched = {"/map": "nav_msgs/msg/OccupancyGrid", "/tf_static": kinds["/tf"]}
+    for topic, kind in latched.items():
+        readers[topic] = node.subscribe(topic, kind, latched=True)
+    RunBridge(scenario, BridgePlanner(lockstep=False))
+    told = {topic: reader.take() for topic, reader in readers.items()}
+    assert all(told.values()), [it for it, got in told.items() if not got]
+    names = [it.name for it in told["/human_states"][-1].agents]
+    assert names == ["ana", "luis", "marta", "pablo"]
+    frames = {it.child_frame_id for it in told["/tf_static"][-1].transforms}
+    assert frames == {"laser", "rear"}
+    stamps = [m.nanoseconds(it.clock) for it in told["/clock"]]
+    assert stamps == sorted(stamps)
+    # Each instant of the clock is told once.
+    assert len(set(stamps)) == len(stamps)
+    goal = told["/goal_pose"][0].pose.position
+    assert (goal.x, goal.y) == scenario.robot.goal[:2]
+
+
+def test_a_goal_may_be_changed(domain):
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.duration=3", "humans=[]"]
+    )
+    node = DdsNode()
+    kind = "geometry_msgs/msg/PoseStamped"
+    node.advertise("/goal_pose", kind)
+    clock = node.subscribe("/clock", "rosgraph_msgs/msg/Clock")
+    start = scenario.robot.start
+
+    def change():
+        end = time.monotonic() + 60
+        while not clock.take() and time.monotonic() < end:
+            time.sleep(0.01)
+        node.publish("/goal_pose", m.pose_stamped(0.0, "map", start))
+
+    thread = threading.Thread(target=change)
+    thread.start()
+    result = RunBridge(scenario, BridgePlanner(lockstep=False))
+    thread.join()
+    # The robot stands where it starts: at the new goal.
+    assert result.end_reason == "goal"
+    assert result.end_time < 2.5
+
+
+def test_a_robot_needs_a_goal():
+    scenario = LoadScenario(filename="passing", overrides=["robot.goal=null"])
+    with pytest.raises(ValueError, match="has no goal, so its planner"):
+        RunBridge(scenario)
+
+
+def test_several_robots_have_their_names_before_topics(domain):
+    scenario = LoadScenario(
+        filename="elevator_lobby", overrides=["simulation.duration=2"]
+    )
+    names = [it.name for it in scenario.robots]
+    node = DdsNode()
+    kind = "hunav_msgs/msg/Agents"
+    readers = {it: node.subscribe(f"/{it}/observation", kind) for it in names}
+    RunBridge(scenario, BridgePlanner(lockstep=False))
+    for reader in readers.values():
+        told = reader.take()
+        # People, and the other robot.
+        assert len(told[-1].agents) == len(scenario.humans) + 2
+
+
+def test_the_command_tells_what_fails(domain, capsys):
+    options = ["bridge", "passing", "--set", "simulation.duration=1"]
+    assert main([*options, "--time-limit", "0.3"]) == 1
+    told = capsys.readouterr().err
+    assert "hunav: planner 'bridge' failed at t = 0.000 s: nobody" in told
+    assert main([*options, "--network", "nope"]) == 2
+    assert "there is no network interface 'nope'" in capsys.readouterr().err
+    assert main([*options, "--time-limit", "0"]) == 2
+    assert "time_limit: must be in (0, 3600] s" in capsys.readouterr().err
+
+
+def test_the_command_drives(domain, capsys, tmp_path):
+    options = ["--stamped", "--time-limit", "120", "--out", str(tmp_path)]
+    with driven("passing", "planner.type=dwb"):
+        assert main(["bridge", "passing", *options]) == 0
+    assert "Wrote the run to" in capsys.readouterr().out
+    assert (tmp_path / "runs" / "passing_bridge_0" / "recording.npz").exists()
+
+
+# Foxglove.
+
+
+def test_foxglove_gets_the_topics():
+    websockets = pytest.importorskip("websockets.sync.client")
+    scenario = LoadScenario(filename="passing")
+    diagram = MakeTrialDiagram(scenario)
+    topics = FoxgloveTopics(diagram, 0)
+    try:
+        with pytest.raises(OSError, match="cannot be used"):
+            FoxgloveTopics(diagram, int(topics.address.rpartition(":")[2]))
+        topics.Publish(diagram.CreateDefaultContext())
+        with websockets.connect(
+            topics.address, subprotocols=["foxglove.sdk.v1"]
+        ) as client:
+            text = ""
+            end = time.monotonic() + 20
+            while "/human_states" not in text and time.monotonic() < end:
+                told = client.recv(timeout=20)
+                text += told if isinstance(told, str) else ""
+    finally:
+        topics.Close()
+    assert "hunav_msgs/msg/Agents" in text
