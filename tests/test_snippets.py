@@ -9,7 +9,14 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from hunav_drake import LoadScenario, LoadSearchSpace, Tracks, WriteTracks
+from hunav_drake import (
+    LoadScenario,
+    LoadSearchSpace,
+    ReadRecording,
+    Tracks,
+    WriteBag,
+    WriteTracks,
+)
 from hunav_drake.commands import cli
 from hunav_drake.runs import LoadSuite
 from hunav_drake.scenario.generate.kind import KINDS
@@ -189,6 +196,7 @@ def folder(tmp_path_factory):
     assert cli.main(["run", "passing", "--out", f"{folder}/results"]) == 0
     (run,) = (folder / "results" / "runs").iterdir()
     shutil.copy(run / "recording.npz", folder / "recording.npz")
+    WriteBag(ReadRecording(run / "recording.npz"), folder / "experiment.mcap")
     return folder
 
 
@@ -226,13 +234,14 @@ def parses(words):
 
 # These take long, or a browser, or a network; they have tests of their own.
 LONG = {"bench", "validate", "edit", "doctor", "render", "falsify", "risk"}
+LONG |= {"bridge"}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("words", list(command_lines()))
 def test_a_command_of_a_page_runs(words, folder, monkeypatch, tmp_path):
     is_long = words[0] in LONG and "--at" not in words
-    if is_long or "--meshcat" in words or "--address" in words:
+    if is_long or {"--meshcat", "--foxglove", "--address"} & {*words}:
         pytest.skip("takes long, a browser or a cluster: tested elsewhere")
     work = tmp_path / "work"
     shutil.copytree(folder, work)

@@ -1,5 +1,6 @@
 """Trials that another process drives, which knows them by DDS alone."""
 
+import asyncio
 import contextlib
 import importlib.util
 import itertools
@@ -14,6 +15,7 @@ import time
 import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
+from tornado.websocket import websocket_connect
 
 from hunav_drake import (
     LoadContext,
@@ -344,22 +346,37 @@ def test_the_command_drives(domain, capsys, tmp_path):
 
 
 def test_foxglove_gets_the_topics():
-    websockets = pytest.importorskip("websockets.sync.client")
     scenario = LoadScenario(filename="passing")
     diagram = MakeTrialDiagram(scenario)
     topics = FoxgloveTopics(diagram, 0)
+
+    async def told():
+        """Returns what the server tells of its channels."""
+        client = await websocket_connect(
+            topics.address, subprotocols=["foxglove.sdk.v1"]
+        )
+        text = ""
+        while "/human_states" not in text:
+            got = await asyncio.wait_for(client.read_message(), 20)
+            assert got is not None
+            text += got if isinstance(got, str) else ""
+        client.close()
+        return text
+
     try:
         with pytest.raises(OSError, match="cannot be used"):
             FoxgloveTopics(diagram, int(topics.address.rpartition(":")[2]))
         topics.Publish(diagram.CreateDefaultContext())
-        with websockets.connect(
-            topics.address, subprotocols=["foxglove.sdk.v1"]
-        ) as client:
-            text = ""
-            end = time.monotonic() + 20
-            while "/human_states" not in text and time.monotonic() < end:
-                told = client.recv(timeout=20)
-                text += told if isinstance(told, str) else ""
+        text = asyncio.run(told())
     finally:
         topics.Close()
     assert "hunav_msgs/msg/Agents" in text
+    assert "ros2msg" in text
+
+
+def test_the_command_shows_a_trial_in_foxglove(capsys):
+    options = ["--set", "simulation.duration=1", "--quiet"]
+    main(["run", "passing", "--foxglove", "0", *options])
+    assert "Open the connection ws://127.0.0.1:" in capsys.readouterr().out
+    assert main(["run", "passing", "--foxglove", "--meshcat"]) == 2
+    assert "--foxglove does not go with --meshcat" in capsys.readouterr().err
