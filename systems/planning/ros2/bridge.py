@@ -176,10 +176,16 @@ class _Link:
         self._commands = self._node.subscribe(
             self.topic, f"geometry_msgs/msg/{kind}"
         )
-        self._node.advertise("/clock", "rosgraph_msgs/msg/Clock")
-        self._node.advertise(
-            f"{self._prefix}/observation", "hunav_msgs/msg/Agents"
-        )
+        self._goal = f"{self._prefix}/goal_pose"
+        self._goal_readers = 0
+        for topic, kind in (
+            ("/clock", "rosgraph_msgs/msg/Clock"),
+            ("/tf", "tf2_msgs/msg/TFMessage"),
+            (self._goal, "geometry_msgs/msg/PoseStamped"),
+            (f"{self._prefix}/odom", "nav_msgs/msg/Odometry"),
+            (f"{self._prefix}/observation", "hunav_msgs/msg/Agents"),
+        ):
+            self._node.advertise(topic, kind)
         self.last_command: tuple[float, float] | None = None
         self._met = False
 
@@ -208,9 +214,12 @@ class _Link:
         now, robot = view.time, view.robot
         node, prefix, frame = self._node, self._prefix, self._frame
         odom, base = f"{frame}odom", f"{frame}base_link"
-        if with_goal:
+        readers = node.num_readers(self._goal)
+        # (Also for who begins to read it now.)
+        if with_goal or readers > self._goal_readers:
             goal = m.pose_stamped(now, "map", view.goal.tolist())
-            node.publish(f"{prefix}/goal_pose", goal)
+            node.publish(self._goal, goal)
+        self._goal_readers = readers
         node.publish(f"{prefix}/odom", m.odometry(now, robot, odom, base))
         poses = m.transforms(
             m.transform(now, "map", odom),

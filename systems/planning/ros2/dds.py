@@ -126,8 +126,13 @@ class DdsNode:
             self._writers[topic] = writer
 
     def publish(self, topic: str, sent: Any, *, latched: bool = False) -> None:
-        """Publishes a message on a topic, such as "/odom"."""
+        """Publishes a message on a topic, such as "/odom".
+
+        It is not sent if nobody reads the topic and it is not `latched`.
+        """
         self.advertise(topic, sent.__msgtype__, latched=latched)
+        if not (latched or self.num_readers(topic)):
+            return
         writer = self._writers[topic]
         sample = writer.data_type.__new__(writer.data_type)
         sample.cdr = to_cdr(sent)
