@@ -210,6 +210,23 @@ def test_real_time_takes_the_last_command(domain):
     assert np.hypot(robot[-1, 3], robot[-1, 4]) == pytest.approx(0.3, abs=1e-3)
 
 
+def test_a_trial_that_falls_behind_real_time_says_so(domain):
+    scenario = LoadScenario(
+        filename="crossing", overrides=["simulation.duration=1", "humans=[]"]
+    )
+    told = []
+
+    def slow(seconds):
+        time.sleep(0.08)
+
+    planner = BridgePlanner(lockstep=False)
+    RunBridge(scenario, planner, tell=told.append, progress=slow)
+    # (Each 5 s at most.)
+    (line,) = told
+    assert "the trial is 0." in line
+    assert "s behind real time" in line
+
+
 def test_without_commands_the_robot_stops(domain):
     scenario = LoadScenario(
         filename="crossing", overrides=["simulation.duration=2", "humans=[]"]
