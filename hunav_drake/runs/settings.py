@@ -42,7 +42,12 @@ def short_settings(settings: Iterable[str]) -> dict[str, str]:
 
 def has_settings(runs: pd.DataFrame) -> bool:
     """Returns whether a run of a table has a setting."""
-    return "setting" in runs and bool((runs["setting"] != "").any())
+    return "setting" in runs and bool((_settings(runs) != "").any())
+
+
+def _settings(runs: pd.DataFrame) -> pd.Series:
+    # (`pandas.read_csv` reads an empty cell as NaN.)
+    return runs["setting"].fillna("").astype(str)
 
 
 def contenders(runs: pd.DataFrame) -> pd.Series:
@@ -56,7 +61,7 @@ def contenders(runs: pd.DataFrame) -> pd.Series:
     """
     if not has_settings(runs):
         return runs["planner"].astype(str)
-    pairs = list(zip(runs["planner"], runs["setting"], strict=True))
+    pairs = list(zip(runs["planner"], _settings(runs), strict=True))
     short = short_settings(dict.fromkeys(setting for _, setting in pairs))
     names: dict[tuple[str, str], str] = {}
     for planner, setting in pairs:

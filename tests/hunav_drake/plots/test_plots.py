@@ -372,6 +372,22 @@ def test_anything_can_be_compared():
     assert len(ax.patches) == 3
 
 
+def test_a_table_read_from_its_csv_is_drawn_the_same(tmp_path):
+    """Empty cells, as of settings, are NaN there."""
+    runs = three_planners()
+    runs["setting"] = ""
+    runs.to_csv(tmp_path / "runs.csv", index=False)
+    read = pd.read_csv(tmp_path / "runs.csv")
+    assert read["setting"].isna().all()
+    one, two = (plot_comparison(it, "path_length") for it in (runs, read))
+    assert [it.get_width() for it in one.patches] == pytest.approx(
+        [it.get_width() for it in two.patches]
+    )
+    assert [it.get_text() for it in one.get_yticklabels()] == [
+        it.get_text() for it in two.get_yticklabels()
+    ]
+
+
 def test_results_can_be_compared():
     results = [make_result(planner=p, seed=s) for p in "ab" for s in (0, 1)]
     ax = plot_comparison(results, "robot_on_person_collisions")
