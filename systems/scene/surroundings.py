@@ -1,6 +1,6 @@
 """Floor, walls, furniture and goal marks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 import itertools
 import math
@@ -57,9 +57,9 @@ POLYLINE_THICKNESS = 0.05
 _MAX_TILES = 100
 
 # Objects higher than a door are drawn cut at this height, with a lid of this
-# thickness, in meters.
+# thickness, in meters; among cut walls, so is furniture higher than a counter.
 CUT_HEIGHT = 1.1
-_HIGHEST = 2.2
+_HIGHEST, _COUNTER = 2.2, 1.5
 _LID = 0.004
 _WHOLE, _SECTION = "_whole", "_cut"
 
@@ -118,7 +118,12 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
     whole, unless `ShowCut` is called. Models from files have their own
     appearance.
     """
-    for fixture in world.fixtures():
+    fixtures = list(world.fixtures())
+    cut_walls = any(
+        it.place[0] == "walls" and _height(it.solids) > _HIGHEST
+        for it in fixtures
+    )
+    for fixture in fixtures:
         kind, *index = fixture.place
         # The tree of the scene distinguishes walls from furniture.
         stem = "_".join(
@@ -128,7 +133,9 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
         for solid in fixture.solids:
             if isinstance(solid, Prism):
                 parts.setdefault(solid.material, []).append(solid)
-        high = any(p.high > _HIGHEST for it in parts.values() for p in it)
+        among_walls = cut_walls and kind == "furniture"
+        limit = _COUNTER if among_walls else _HIGHEST
+        high = _height(fixture.solids) > limit
         add = _AddCutPrisms if high else _AddPrisms
         for material, prisms in parts.items():
             plain = kind == "walls"
@@ -140,6 +147,12 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
             AddGazeboVisuals(plant, model, f"models_{i}", **sizes, whole=_WHOLE)
         else:
             AddModelFile(plant, model.file, model.pose)
+
+
+def _height(solids: Iterable[object]) -> float:
+    """Returns the height of the top of prisms, in meters."""
+    highs = (it.high for it in solids if isinstance(it, Prism))
+    return max(highs, default=0.0)
 
 
 def _AddPrisms(

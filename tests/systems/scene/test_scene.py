@@ -19,7 +19,12 @@ from hunav_drake.systems.robot import (
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
 from hunav_drake.systems.scene.scene import frame_period
 from hunav_drake.systems.scene.surroundings import ShowCut
-from hunav_drake.systems.world.furniture import FURNITURE, Shelf
+from hunav_drake.systems.world.furniture import (
+    FURNITURE,
+    Chair,
+    DoorFrame,
+    Shelf,
+)
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 from tests.systems.robot.crate import FOOTPRINT, STAGES, write_model
 
@@ -298,15 +303,37 @@ def tops(inspector, role):
 
 def test_high_walls_are_shown_cut_but_whole_for_cameras():
     wall = Box(center=(0.0, 0.0), size=(4.0, 0.2))
-    dut = Trial(World(walls=[wall], furniture=[Shelf(center=(0, 1))]))
+    low = Box(center=(0.0, 5.0), size=(4.0, 0.2), height=2.0)
+    dut = Trial(World(walls=[wall, low]))
     assert wall.height > 2.2
     shown = tops(dut.inspector, Role.kIllustration)
     perceived = tops(dut.inspector, Role.kPerception)
-    assert max(z for name, z in shown.items() if "wall" in name) < 1.2
-    assert max(z for name, z in perceived.items() if "wall" in name) == 2.5
+    assert max(z for name, z in shown.items() if "wall_0" in name) < 1.2
+    assert perceived["wall_0_whole"] == 2.5
     # What is no higher than a door is the same for both.
-    wood = "furniture_0_dark_wood"
-    assert shown[wood] == perceived[wood] == 1.8
+    assert shown["wall_1"] == perceived["wall_1"] == 2.0
+
+
+@pytest.mark.parametrize(("height", "cut"), [(2.5, True), (2.0, False)])
+def test_high_furniture_is_cut_where_walls_are(height, cut):
+    """Shelves and door frames would hide people beside cut walls."""
+    wall = Box(center=(0.0, 0.0), size=(4.0, 0.2), height=height)
+    furniture = [
+        Shelf(center=(0, 1)),
+        DoorFrame(center=(0, 3)),
+        Chair(center=(2, 2)),
+    ]
+    dut = Trial(World(walls=[wall], furniture=furniture))
+    shown = tops(dut.inspector, Role.kIllustration)
+    perceived = tops(dut.inspector, Role.kPerception)
+
+    def top(heights, stem):
+        return max(z for name, z in heights.items() if stem in name)
+
+    for stem in ("furniture_0", "furniture_1"):
+        assert top(perceived, stem) > 1.7
+        assert bool(top(shown, stem) < 1.2) is cut
+    assert top(shown, "furniture_2") == top(perceived, "furniture_2")
 
 
 def test_cameras_may_see_high_walls_cut():
