@@ -64,7 +64,7 @@ class Reader:
     @property
     def num_writers(self) -> int:
         """The number of writers of the topic."""
-        return len(self._reader.get_matched_publications())
+        return int(self._reader.get_subscription_matched_status().current_count)
 
 
 class DdsNode:
@@ -102,11 +102,17 @@ class DdsNode:
             _configure(self.domain, network)
             self._participant = DomainParticipant(self.domain)
         except DDSException as error:
+            own = os.environ.get("CYCLONEDDS_URI")
             raise ValueError(
                 f"DDS cannot use network interface {network!r:.40} for domain"
                 f" {self.domain} ({error}); `ip link` lists the interfaces"
+                if not own
+                else "DDS cannot use the configuration that the environment"
+                f" variable CYCLONEDDS_URI names, {own!r:.80} ({error});"
+                " correct or unset it"
             ) from error
         self._writers: dict[str, Any] = {}
+        self._publications: Any = None
 
     def advertise(
         self, topic: str, type_name: str, *, latched: bool = False
@@ -140,7 +146,36 @@ class DdsNode:
 
     def num_readers(self, topic: str) -> int:
         """Returns the number of readers of a topic that is published."""
-        return len(self._writers[topic].get_matched_subscriptions())
+        status = self._writers[topic].get_publication_matched_status()
+        return int(status.current_count)
+
+    def num_arrivals(self, *topics: str) -> int:
+        """Returns how many readers have come to topics; by default, to all.
+
+        It never falls: those who have gone count, too.
+        """
+        return sum(
+            self._writers[it].get_publication_matched_status().total_count
+            for it in topics or self._writers
+        )
+
+    def published_types(self, topic: str) -> list[str]:
+        """Returns the types as which anybody publishes a topic, each once."""
+        from cyclonedds.builtin import (
+            BuiltinDataReader,
+            BuiltinTopicDcpsPublication,
+        )
+
+        if self._publications is None:
+            self._publications = BuiltinDataReader(
+                self._participant, BuiltinTopicDcpsPublication
+            )
+        names = {
+            it.type_name.replace("::dds_::", "::").replace("::", "/")
+            for it in self._publications.read(10000)
+            if it.topic_name == f"rt{topic}"
+        }
+        return sorted(name.removesuffix("_") for name in names)
 
     def subscribe(
         self,
