@@ -38,6 +38,11 @@ def _namespace(text: str) -> str:
     return text
 
 
+# How long a trial listens for another one with the same topics, in seconds:
+# those that wait tell their observation again each second.
+_LISTENING = 1.5
+
+
 class BridgeMemory(NamedTuple):
     """What is left of the last cycle.
 
@@ -144,8 +149,8 @@ class BridgePlanner(Planner):
         link = self.link()
         if view.scan is not None:
             link.advertise_scan()
-        if self.lockstep:
-            link.meet(view.time, self.time_limit)
+        link.meet(view.time, self.time_limit, answers=self.lockstep)
+        link.check_alone(view.time)
         link.forget_commands()
         if memory == self.initial_memory:
             # (It was meant for the trial before.)
@@ -191,16 +196,21 @@ class Link:
         self._commands = self._node.subscribe(self.topic, self._kind)
         self._goal = f"{self._prefix}/goal_pose"
         self._goal_arrivals = 0
+        self._observation = f"{self._prefix}/observation"
         for topic, kind in (
             ("/clock", "rosgraph_msgs/msg/Clock"),
             ("/tf", "tf2_msgs/msg/TFMessage"),
             (self._goal, "geometry_msgs/msg/PoseStamped"),
             (f"{self._prefix}/odom", "nav_msgs/msg/Odometry"),
-            (f"{self._prefix}/observation", "hunav_msgs/msg/Agents"),
+            (self._observation, "hunav_msgs/msg/Agents"),
         ):
             self._node.advertise(topic, kind)
         self.last_command: tuple[float, float] | None = None
-        self._met = False
+        self._others = self._node.subscribe(
+            self._observation, "hunav_msgs/msg/Agents", reliable=False
+        )
+        self._checked = -math.inf
+        self._listened = self._met = False
 
     def read_goals(self) -> Any:
         """Returns a reader of the goals that others set."""
@@ -211,21 +221,54 @@ class Link:
         kind = "sensor_msgs/msg/LaserScan"
         self._node.advertise(f"{self._prefix}/scan", kind)
 
-    def meet(self, now: float, limit: float) -> None:
-        """Waits, the first time, for somebody who publishes commands."""
-        if self._met:
+    def meet(self, now: float, limit: float, *, answers: bool) -> None:
+        """Waits, the first time, with `answers`, for who publishes commands.
+
+        If another process has the same topics, it first listens whether a trial
+        runs there; an idle one, as in a notebook, does no harm.
+        """
+        if self._met or (self._listened and not answers):
             return
-        end = time.monotonic() + limit
-        while why := self.why_silent():
+        begin = time.monotonic()
+        while True:
+            self.check_alone(now)
             _check_interrupt(now)
-            if time.monotonic() > end:
+            waited = time.monotonic() - begin
+            if not (why := self.why_silent() if answers else ""):
+                if waited > _LISTENING or not self._has_others():
+                    break
+            elif waited > limit:
                 raise PlannerError(
                     "bridge", now, f"{why} (after time_limit = {limit:g} s)"
                 )
             time.sleep(0.01)
-        # (Until its readers are found, too.)
-        time.sleep(0.1)
-        self._met = True
+        self._listened = True
+        if answers:
+            # (Until its readers are found, too.)
+            time.sleep(0.1)
+            self._met = True
+
+    def check_alone(self, now: float) -> None:
+        """Raises PlannerError if a trial runs now with the same topics.
+
+        It would get the same commands.
+        """
+        before, self._checked = self._checked, time.monotonic()
+        heard = self._others.take()
+        # (What was told while this one rested does no harm.)
+        if heard and self._checked < before + 1.0 and self._has_others():
+            raise PlannerError(
+                "bridge",
+                now,
+                f"another trial publishes {self._observation} on DDS domain"
+                f" {self._node.domain}, network {self._node.network}; run one"
+                " after the other (`--workers 1`), or each with a ROS_DOMAIN_ID"
+                " of its own",
+            )
+
+    def _has_others(self) -> bool:
+        """Returns whether another process publishes the same topics."""
+        return bool(self._node.published_types(self._observation, beyond=True))
 
     def why_silent(self) -> str:
         """Returns why no command can come; empty if one may come."""
@@ -270,7 +313,7 @@ class Link:
             scan = m.laser_scan(now, f"{frame}laser", task.lidar, view.scan)
             node.publish(f"{prefix}/scan", scan)
         seen = m.observation(now, robot, view.humans)
-        node.publish(f"{prefix}/observation", seen)
+        node.publish(self._observation, seen)
         node.publish("/clock", m.clock(now))
 
     def forget_commands(self) -> None:
@@ -304,6 +347,7 @@ class Link:
                 if now <= stamp < now + round(task.time_step * 1e9):
                     return m.command(told)
                 others.append(stamp)
+            self.check_alone(view.time)
             _check_interrupt(view.time)
             waited = time.monotonic()
             if waited > end:

@@ -7,6 +7,7 @@ Topic ``/a/b`` is called ``rt/a/b`` there, and type ``pkg/msg/Name``
 from functools import cache
 import os
 from typing import Any
+from weakref import WeakSet
 
 from hunav_drake.systems.planning.ros2.message_types import (
     from_cdr,
@@ -113,6 +114,7 @@ class DdsNode:
             ) from error
         self._writers: dict[str, Any] = {}
         self._publications: Any = None
+        _nodes.add(self)
 
     def advertise(
         self, topic: str, type_name: str, *, latched: bool = False
@@ -159,8 +161,11 @@ class DdsNode:
             for it in topics or self._writers
         )
 
-    def published_types(self, topic: str) -> list[str]:
-        """Returns the types as which anybody publishes a topic, each once."""
+    def published_types(self, topic: str, *, beyond: bool = False) -> list[str]:
+        """Returns the types as which a topic is published, each once.
+
+        By anybody, or only `beyond` this process.
+        """
         from cyclonedds.builtin import (
             BuiltinDataReader,
             BuiltinTopicDcpsPublication,
@@ -170,10 +175,11 @@ class DdsNode:
             self._publications = BuiltinDataReader(
                 self._participant, BuiltinTopicDcpsPublication
             )
+        own = {it._participant.guid for it in _nodes} if beyond else set()
         names = {
             it.type_name.replace("::dds_::", "::").replace("::", "/")
             for it in self._publications.read(10000)
-            if it.topic_name == f"rt{topic}"
+            if it.topic_name == f"rt{topic}" and it.participant_key not in own
         }
         return sorted(name.removesuffix("_") for name in names)
 
@@ -204,6 +210,10 @@ class DdsNode:
         return Topic(
             self._participant, f"rt{topic}", _dds_type(type_name), _qos()
         )
+
+
+# The nodes of this process.
+_nodes: WeakSet[DdsNode] = WeakSet()
 
 
 @cache

@@ -456,6 +456,38 @@ def test_an_interrupt_ends_the_wait_for_a_command(domain, run):
     assert time.monotonic() - started < 30
 
 
+OTHER = """
+import time
+from hunav_drake.systems.planning.ros2 import DdsNode, message
+node = DdsNode()
+node.advertise("/observation", "hunav_msgs/msg/Agents")
+print("ready", flush=True)
+while True:
+    time.sleep(0.02)
+    if {runs}:
+        node.publish("/observation", message("hunav_msgs/msg/Agents"))
+"""
+
+
+@pytest.mark.parametrize("runs", [True, False])
+def test_another_trial_with_the_same_topics_is_told(domain, runs):
+    """Both would get the same commands; one that does not run, none."""
+    other = subprocess.Popen(
+        [sys.executable, "-c", OTHER.format(runs=runs)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+    )
+    try:
+        assert other.stdout.readline() == b"ready\n"
+        result = RunBridge(alone(), BridgePlanner(lockstep=False))
+    finally:
+        other.kill()
+        other.communicate()
+    assert result.end_reason == ("planner_failed" if runs else "timeout")
+    words = f"another trial publishes /observation on DDS domain {domain}"
+    assert (words in result.end_message) == runs
+
+
 def test_a_wrong_configuration_of_dds_is_named(domain, monkeypatch):
     monkeypatch.setenv("CYCLONEDDS_URI", "<nonsense")
     with pytest.raises(ValueError, match="CYCLONEDDS_URI names, '<nonsense'"):
