@@ -181,6 +181,11 @@ def _bridge(options: argparse.Namespace) -> int:
         "network": options.network,
     }
     if options.time_limit is not None:
+        if options.real_time:
+            raise InputError(
+                "--time-limit does not go with --real-time, which waits for no"
+                " command: choose one"
+            )
         settings["time_limit"] = options.time_limit
     with input_errors(ValueError, ScenarioError, ImportError):
         planner = BridgePlanner(**settings)

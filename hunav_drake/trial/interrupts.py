@@ -6,6 +6,8 @@ import signal
 import threading
 from typing import Any
 
+from hunav_drake.systems.planning.cycles import is_interrupted
+
 
 @contextmanager
 def interrupts_between_steps() -> Iterator[Callable[[], None]]:
@@ -36,9 +38,14 @@ def interrupts_between_steps() -> Iterator[Callable[[], None]]:
     ):
         yield check
         return
+    token = is_interrupted.set(lambda: pending)
     signal.signal(signal.SIGINT, hold)
     try:
-        yield check
-        check()
+        try:
+            yield check
+        finally:
+            # (Also if a planner that waited failed for it.)
+            check()
     finally:
+        is_interrupted.reset(token)
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -16,6 +16,12 @@ _collecting: ContextVar[tuple[list[float], ...]] = ContextVar(
     "collecting", default=()
 )
 
+# Says whether Ctrl-C waits for the end of a step, so that a planner that waits
+# for another program does not.
+is_interrupted: ContextVar[Callable[[], bool]] = ContextVar(
+    "is_interrupted", default=lambda: False
+)
+
 
 class CycleTimeout(BaseException):
     """A cycle took too long. `except Exception` does not catch it."""

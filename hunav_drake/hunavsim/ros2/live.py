@@ -15,11 +15,13 @@ from hunav_drake.hunavsim.ros2.topics import (
     frames_of,
     ros_name,
 )
-from hunav_drake.scenario.fleet import robot_parts, with_parts
+from hunav_drake.scenario.fleet import RobotPart, robot_parts, with_parts
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.plain_errors import ConfigError
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.planning.ros2 import messages as m
 from hunav_drake.systems.planning.ros2.bridge import BridgePlanner
-from hunav_drake.systems.planning.ros2.dds import DdsNode
+from hunav_drake.systems.planning.ros2.dds import DdsNode, Reader
 from hunav_drake.systems.planning.ros2.message_types import text_of, to_cdr
 from hunav_drake.trial.diagram import MakeTrialDiagram, TrialDiagram
 from hunav_drake.trial.result import TrialResult
@@ -27,8 +29,6 @@ from hunav_drake.trial.simulation import RunTrial
 
 # Behind real time by more than this, in seconds, a run tells so.
 _BEHIND, _TOLD_AGAIN = 0.5, 5.0
-
-_GOAL = "geometry_msgs/msg/PoseStamped"
 
 
 def with_bridge(scenario: Scenario, planner: BridgePlanner) -> Scenario:
@@ -57,7 +57,7 @@ def with_bridge(scenario: Scenario, planner: BridgePlanner) -> Scenario:
             sees=own.sees,
             localization=own.localization,
             namespace=ros_name(part.name),
-            scan=first_lidar(part.scenario) is not None,
+            scan=own.sees.by_lidar or first_lidar(part.scenario) is not None,
         )
         changed = dataclasses.replace(part.scenario, planner=mine)
         parts.append(part._replace(scenario=changed))
@@ -81,9 +81,11 @@ def RunBridge(
 
     Args:
         scenario: The scenario. Its planners are replaced.
-        planner: The settings of the bridge.
-        tell: Takes lines of text, when the trial falls behind real time; by
-            default, they are written to the standard error.
+        planner: The settings of the bridge; its period, perception,
+            localization, namespace and scan are those of the scenario.
+        tell: Takes lines of text, when the trial falls behind real time or a
+            goal cannot be taken; by default, they are written to the standard
+            error.
         progress: Called after each step with the time, in seconds.
 
     Returns:
@@ -99,8 +101,9 @@ def RunBridge(
     scenario = with_bridge(scenario, planner)
     diagram = MakeTrialDiagram(scenario)
     node = DdsNode(planner.domain, planner.network)
-    publish = _Publisher(diagram, node)
-    pace = _Pace(tell or (lambda line: print(line, file=sys.stderr)))
+    say = tell or (lambda line: print(line, file=sys.stderr))
+    publish = _Publisher(diagram, node, say)
+    pace = _Pace(say)
 
     def watch(context: Context) -> bool:
         publish(context)
@@ -120,18 +123,23 @@ def RunBridge(
 class _Publisher:
     """Publishes what planners do not, and takes goals."""
 
-    def __init__(self, diagram: TrialDiagram, node: DdsNode) -> None:
-        self._diagram, self._node = diagram, node
+    def __init__(
+        self, diagram: TrialDiagram, node: DdsNode, tell: Callable[[str], None]
+    ) -> None:
+        self._diagram, self._node, self._tell = diagram, node, tell
         self._topics = TrialTopics(diagram)
-        self._goals = {}
+        self._goals: list[tuple[RobotPart, Reader]] = []
+        self._faults: dict[str, str] = {}
         self._skip = {"/clock", "/tf"}
         for part in robot_parts(diagram.scenario):
             prefix, _ = frames_of(part.name)
             self._skip |= {prefix + it for it in ("/odom", "/goal_pose")}
-            if getattr(part.scenario.planner, "scan", False):
+            planner = part.scenario.planner
+            assert isinstance(planner, BridgePlanner)
+            if planner.scan:
                 self._skip.add(f"{prefix}/scan")
-            reader = node.subscribe(f"{prefix}/goal_pose", _GOAL)
-            self._goals[part.prefix] = reader
+            # (Not those that the planner itself tells.)
+            self._goals.append((part, planner.link().read_goals()))
         for topic, told in self._topics.constants():
             if topic not in self._skip:
                 node.publish(topic, told, latched=topic in LATCHED)
@@ -140,13 +148,30 @@ class _Publisher:
         for topic, told in self._topics.at(context, commands=False):
             if topic not in self._skip:
                 self._node.publish(topic, told)
-        for prefix, reader in self._goals.items():
+        for part, reader in self._goals:
             for told in reader.take():
-                at = told.pose
-                yaw = m.yaw_of(at.orientation)
-                goal = np.array([at.position.x, at.position.y, yaw])
-                if np.isfinite(goal).all():
-                    SetGoal(self._diagram, context, goal, prefix)
+                self._take_goal(context, part, told)
+
+    def _take_goal(self, context: Context, part: RobotPart, told: Any) -> None:
+        """Sets a goal, or tells, once, why it cannot be taken."""
+        prefix, frame = frames_of(part.name)
+        at, where = told.pose, told.header.frame_id.removeprefix("/")
+        yaw = m.yaw_of(at.orientation)
+        goal = (at.position.x, at.position.y, yaw)
+        # (The frame odom is always at that of the map.)
+        if where not in ("", "map", f"{frame}odom"):
+            fault = f"is in the frame {shown(where)}; send it in map"
+        else:
+            fault = ""
+            try:
+                dataclasses.replace(part.scenario.robot, goal=goal)
+            except ConfigError as error:
+                _, _, fault = " ".join(str(error).split()).partition(": ")
+        if fault and fault != self._faults.get(part.name):
+            self._tell(f"the goal on {prefix}/goal_pose is not taken: {fault}")
+        self._faults[part.name] = fault
+        if not fault:
+            SetGoal(self._diagram, context, np.array(goal), part.prefix)
 
 
 def SetGoal(

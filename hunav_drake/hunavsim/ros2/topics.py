@@ -24,6 +24,7 @@ from hunav_drake.systems.planning.navigation.regions import bounds_of
 from hunav_drake.systems.planning.ros2 import messages as m
 from hunav_drake.systems.planning.ros2.message_types import message
 from hunav_drake.systems.world.obstacles import Obstacles
+from hunav_drake.trial.blocks import with_planner_lidar
 from hunav_drake.trial.diagram import TrialDiagram
 
 # A topic and a message on it.
@@ -289,7 +290,7 @@ class TrialTopics:
             ValueError: If a number of a person does not fit into messages.
         """
         self._diagram = diagram
-        self._parts = robot_parts(diagram.scenario)
+        self._parts = robot_parts(with_planner_lidar(diagram.scenario))
         humans = diagram.humans
         facts = describe_people(humans)
         self._people = People(

@@ -18,6 +18,7 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.schema import CONFIG, Integer, Name, within
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.planning.cycles import is_interrupted
 from hunav_drake.systems.planning.planner import (
     Plan,
     PlannerStatus,
@@ -35,6 +36,11 @@ def _namespace(text: str) -> str:
         rule = "must begin with a letter, followed by letters, digits or _"
         raise PydanticCustomError("namespace", rule)
     return text
+
+
+# How long a trial listens for another one with the same topics, in seconds:
+# those that wait tell their observation again each second.
+_LISTENING = 1.5
 
 
 class BridgeMemory(NamedTuple):
@@ -130,16 +136,25 @@ class BridgePlanner(Planner):
         """See `Planner`."""
         return None if self.scan else 0
 
-    def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
-        """Decides the command of one cycle: see `Planner.plan`."""
+    def link(self) -> "Link":
+        """Returns the topics; all trials of a process share them."""
         from hunav_drake.systems.planning.ros2.dds import default_domain
 
-        assert isinstance(memory, BridgeMemory)
         domain = default_domain() if self.domain is None else self.domain
-        link = _link(domain, self.network, self.namespace, self.command_type)
-        if self.lockstep:
-            link.meet(view.time, self.time_limit)
+        return _link(domain, self.network, self.namespace, self.command_type)
+
+    def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
+        """Decides the command of one cycle: see `Planner.plan`."""
+        assert isinstance(memory, BridgeMemory)
+        link = self.link()
+        if view.scan is not None:
+            link.advertise_scan()
+        link.meet(view.time, self.time_limit, answers=self.lockstep)
+        link.check_alone(view.time)
         link.forget_commands()
+        if memory == self.initial_memory:
+            # (It was meant for the trial before.)
+            link.last_command = None
         goal = tuple(view.goal.tolist())
         link.tell(task, view, with_goal=goal != memory.goal)
         now = round(view.time * 1e9)
@@ -150,17 +165,21 @@ class BridgePlanner(Planner):
         if found is not None:
             memory = BridgeMemory(goal, now, found)
         v, omega = memory.command
-        if now - memory.stamp > self.hold_time * 1e9:
+        reason = ""
+        if memory.stamp < 0 or now - memory.stamp > self.hold_time * 1e9:
             v = omega = 0.0
+            reason = link.why_silent() or f"no command comes on {link.topic}"
         memory = memory._replace(goal=goal)
         if not (math.isfinite(v) and math.isfinite(omega)):
             text = f"v = {v}, omega = {omega}"
             text = f"a command on {link.topic} is not finite: {text}"
             raise PlannerError("bridge", view.time, text)
-        return Plan(v, omega, PlannerStatus.DRIVING, memory=memory)
+        return Plan(
+            v, omega, PlannerStatus.DRIVING, memory=memory, reason=reason
+        )
 
 
-class _Link:
+class Link:
     """The topics of a bridge. What it holds belongs to the other program."""
 
     def __init__(
@@ -172,40 +191,103 @@ class _Link:
         self._frame = f"{namespace}/" if namespace else ""
         self.topic = f"{self._prefix}/cmd_vel"
         self._stamped = kind == "TwistStamped"
+        self._kind = f"geometry_msgs/msg/{kind}"
         self._node = DdsNode(domain, network)
-        self._commands = self._node.subscribe(
-            self.topic, f"geometry_msgs/msg/{kind}"
-        )
+        self._commands = self._node.subscribe(self.topic, self._kind)
         self._goal = f"{self._prefix}/goal_pose"
-        self._goal_readers = 0
+        self._goal_arrivals = 0
+        self._observation = f"{self._prefix}/observation"
         for topic, kind in (
             ("/clock", "rosgraph_msgs/msg/Clock"),
             ("/tf", "tf2_msgs/msg/TFMessage"),
             (self._goal, "geometry_msgs/msg/PoseStamped"),
             (f"{self._prefix}/odom", "nav_msgs/msg/Odometry"),
-            (f"{self._prefix}/observation", "hunav_msgs/msg/Agents"),
+            (self._observation, "hunav_msgs/msg/Agents"),
         ):
             self._node.advertise(topic, kind)
         self.last_command: tuple[float, float] | None = None
-        self._met = False
+        self._others = self._node.subscribe(
+            self._observation, "hunav_msgs/msg/Agents", reliable=False
+        )
+        self._checked = -math.inf
+        self._listened = self._met = False
 
-    def meet(self, now: float, limit: float) -> None:
-        """Waits, the first time, for somebody who publishes commands."""
-        if self._met:
+    def read_goals(self) -> Any:
+        """Returns a reader of the goals that others set."""
+        return self._node.subscribe(self._goal, "geometry_msgs/msg/PoseStamped")
+
+    def advertise_scan(self) -> None:
+        """Lets others find the scan before its first message."""
+        kind = "sensor_msgs/msg/LaserScan"
+        self._node.advertise(f"{self._prefix}/scan", kind)
+
+    def meet(self, now: float, limit: float, *, answers: bool) -> None:
+        """Waits, the first time, with `answers`, for who publishes commands.
+
+        If another process has the same topics, it first listens whether a trial
+        runs there; an idle one, as in a notebook, does no harm.
+        """
+        if self._met or (self._listened and not answers):
             return
-        end = time.monotonic() + limit
-        while not self._commands.num_writers:
-            if time.monotonic() > end:
+        begin = time.monotonic()
+        while True:
+            self.check_alone(now)
+            _check_interrupt(now)
+            waited = time.monotonic() - begin
+            if not (why := self.why_silent() if answers else ""):
+                if waited > _LISTENING or not self._has_others():
+                    break
+            elif waited > limit:
                 raise PlannerError(
-                    "bridge",
-                    now,
-                    f"nobody publishes {self.topic} on DDS domain"
-                    f" {self._node.domain}, network {self._node.network}, after"
-                    f" time_limit = {limit:g} s; start the other program first,"
-                    " with the same ROS_DOMAIN_ID",
+                    "bridge", now, f"{why} (after time_limit = {limit:g} s)"
                 )
             time.sleep(0.01)
-        self._met = True
+        self._listened = True
+        if answers:
+            # (Until its readers are found, too.)
+            time.sleep(0.1)
+            self._met = True
+
+    def check_alone(self, now: float) -> None:
+        """Raises PlannerError if a trial runs now with the same topics.
+
+        It would get the same commands.
+        """
+        before, self._checked = self._checked, time.monotonic()
+        heard = self._others.take()
+        # (What was told while this one rested does no harm.)
+        if heard and self._checked < before + 1.0 and self._has_others():
+            raise PlannerError(
+                "bridge",
+                now,
+                f"another trial publishes {self._observation} on DDS domain"
+                f" {self._node.domain}, network {self._node.network}; run one"
+                " after the other (`--workers 1`), or each with a ROS_DOMAIN_ID"
+                " of its own",
+            )
+
+    def _has_others(self) -> bool:
+        """Returns whether another process publishes the same topics."""
+        return bool(self._node.published_types(self._observation, beyond=True))
+
+    def why_silent(self) -> str:
+        """Returns why no command can come; empty if one may come."""
+        if self._commands.num_writers:
+            return ""
+        found = self._node.published_types(self.topic)
+        if others := [it for it in found if it != self._kind]:
+            return (
+                f"{self.topic} is published as {', '.join(others)}, not as"
+                f" {self._kind}; choose the other command_type (`hunav bridge"
+                " --stamped` takes TwistStamped)"
+            )
+        if found:
+            return f"{self.topic} is published best effort; make it reliable"
+        return (
+            f"nobody publishes {self.topic} on DDS domain"
+            f" {self._node.domain}, network {self._node.network}; start the"
+            " other program first, with the same ROS_DOMAIN_ID"
+        )
 
     def tell(self, task: PlanningTask, view: View, *, with_goal: bool) -> None:
         """Publishes what a cycle observes."""
@@ -214,12 +296,12 @@ class _Link:
         now, robot = view.time, view.robot
         node, prefix, frame = self._node, self._prefix, self._frame
         odom, base = f"{frame}odom", f"{frame}base_link"
-        readers = node.num_readers(self._goal)
+        arrivals = node.num_arrivals(self._goal)
         # (Also for who begins to read it now.)
-        if with_goal or readers > self._goal_readers:
+        if with_goal or arrivals > self._goal_arrivals:
             goal = m.pose_stamped(now, "map", view.goal.tolist())
             node.publish(self._goal, goal)
-        self._goal_readers = readers
+        self._goal_arrivals = arrivals
         node.publish(f"{prefix}/odom", m.odometry(now, robot, odom, base))
         poses = m.transforms(
             m.transform(now, "map", odom),
@@ -231,7 +313,7 @@ class _Link:
             scan = m.laser_scan(now, f"{frame}laser", task.lidar, view.scan)
             node.publish(f"{prefix}/scan", scan)
         seen = m.observation(now, robot, view.humans)
-        node.publish(f"{prefix}/observation", seen)
+        node.publish(self._observation, seen)
         node.publish("/clock", m.clock(now))
 
     def forget_commands(self) -> None:
@@ -246,12 +328,15 @@ class _Link:
     ) -> tuple[float, float] | None:
         """Waits for the command of a cycle that has been told.
 
-        It is told again each second: somebody may have come anew.
+        It is told again each second: somebody may have come anew. Commands
+        without stamps cannot tell that they answer the same again, so then only
+        if somebody has.
         """
         from hunav_drake.systems.planning.ros2 import messages as m
 
         now = round(view.time * 1e9)
         told_at = time.monotonic()
+        arrivals = self._node.num_arrivals()
         end = told_at + limit
         others: list[int] = []
         while True:
@@ -262,14 +347,24 @@ class _Link:
                 if now <= stamp < now + round(task.time_step * 1e9):
                     return m.command(told)
                 others.append(stamp)
+            self.check_alone(view.time)
+            _check_interrupt(view.time)
             waited = time.monotonic()
             if waited > end:
                 late = _late(self.topic, limit, others)
                 raise PlannerError("bridge", view.time, late)
             if waited > told_at + 1.0:
-                self.tell(task, view, with_goal=True)
-                told_at = waited
+                told_at, before = waited, arrivals
+                arrivals = self._node.num_arrivals()
+                if self._stamped or arrivals > before:
+                    self.tell(task, view, with_goal=True)
             time.sleep(5e-5)
+
+
+def _check_interrupt(now: float) -> None:
+    """Raises PlannerError after Ctrl-C: the trial ends it after the step."""
+    if is_interrupted.get()():
+        raise PlannerError("bridge", now, "interrupted")
 
 
 def _late(topic: str, limit: float, others: list[int]) -> str:
@@ -283,6 +378,6 @@ def _late(topic: str, limit: float, others: list[int]) -> str:
 
 
 @functools.cache
-def _link(*settings: Any) -> _Link:
-    """Returns the topics of a bridge; all trials of a process share them."""
-    return _Link(*settings)
+def _link(*settings: Any) -> Link:
+    """Returns the topics of a bridge, once for each settings."""
+    return Link(*settings)

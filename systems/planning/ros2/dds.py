@@ -7,6 +7,7 @@ Topic ``/a/b`` is called ``rt/a/b`` there, and type ``pkg/msg/Name``
 from functools import cache
 import os
 from typing import Any
+from weakref import WeakSet
 
 from hunav_drake.systems.planning.ros2.message_types import (
     from_cdr,
@@ -64,7 +65,7 @@ class Reader:
     @property
     def num_writers(self) -> int:
         """The number of writers of the topic."""
-        return len(self._reader.get_matched_publications())
+        return int(self._reader.get_subscription_matched_status().current_count)
 
 
 class DdsNode:
@@ -102,11 +103,18 @@ class DdsNode:
             _configure(self.domain, network)
             self._participant = DomainParticipant(self.domain)
         except DDSException as error:
+            own = os.environ.get("CYCLONEDDS_URI")
             raise ValueError(
                 f"DDS cannot use network interface {network!r:.40} for domain"
                 f" {self.domain} ({error}); `ip link` lists the interfaces"
+                if not own
+                else "DDS cannot use the configuration that the environment"
+                f" variable CYCLONEDDS_URI names, {own!r:.80} ({error});"
+                " correct or unset it"
             ) from error
         self._writers: dict[str, Any] = {}
+        self._publications: Any = None
+        _nodes.add(self)
 
     def advertise(
         self, topic: str, type_name: str, *, latched: bool = False
@@ -140,7 +148,40 @@ class DdsNode:
 
     def num_readers(self, topic: str) -> int:
         """Returns the number of readers of a topic that is published."""
-        return len(self._writers[topic].get_matched_subscriptions())
+        status = self._writers[topic].get_publication_matched_status()
+        return int(status.current_count)
+
+    def num_arrivals(self, *topics: str) -> int:
+        """Returns how many readers have come to topics; by default, to all.
+
+        It never falls: those who have gone count, too.
+        """
+        return sum(
+            self._writers[it].get_publication_matched_status().total_count
+            for it in topics or self._writers
+        )
+
+    def published_types(self, topic: str, *, beyond: bool = False) -> list[str]:
+        """Returns the types as which a topic is published, each once.
+
+        By anybody, or only `beyond` this process.
+        """
+        from cyclonedds.builtin import (
+            BuiltinDataReader,
+            BuiltinTopicDcpsPublication,
+        )
+
+        if self._publications is None:
+            self._publications = BuiltinDataReader(
+                self._participant, BuiltinTopicDcpsPublication
+            )
+        own = {it._participant.guid for it in _nodes} if beyond else set()
+        names = {
+            it.type_name.replace("::dds_::", "::").replace("::", "/")
+            for it in self._publications.read(10000)
+            if it.topic_name == f"rt{topic}" and it.participant_key not in own
+        }
+        return sorted(name.removesuffix("_") for name in names)
 
     def subscribe(
         self,
@@ -169,6 +210,10 @@ class DdsNode:
         return Topic(
             self._participant, f"rt{topic}", _dds_type(type_name), _qos()
         )
+
+
+# The nodes of this process.
+_nodes: WeakSet[DdsNode] = WeakSet()
 
 
 @cache

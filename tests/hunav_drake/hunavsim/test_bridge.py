@@ -27,6 +27,7 @@ from hunav_drake import (
 )
 from hunav_drake.commands.cli import main
 from hunav_drake.hunavsim.ros2.live import FoxgloveTopics, with_bridge
+from hunav_drake.hunavsim.ros2.topics import TrialTopics
 from hunav_drake.systems.planning import BridgePlanner
 from hunav_drake.systems.planning.ros2 import DdsNode, messages as m
 from hunav_drake.trial.diagram import MakeTrialDiagram
@@ -319,6 +320,205 @@ def test_a_goal_may_be_changed(domain):
     assert result.end_time < 2.5
 
 
+POSE = "geometry_msgs/msg/PoseStamped"
+
+
+def alone(*overrides):
+    return LoadScenario(
+        filename="crossing",
+        overrides=["simulation.duration=1", "humans=[]", *overrides],
+    )
+
+
+def reader_of_clocks(node):
+    return node.subscribe("/clock", "rosgraph_msgs/msg/Clock")
+
+
+@contextlib.contextmanager
+def beside(do, clock):
+    """Does something in a thread as soon as a trial runs."""
+
+    def wait():
+        end = time.monotonic() + 60
+        while not clock.take() and time.monotonic() < end:
+            time.sleep(0.01)
+        do()
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("frame", "at", "words"),
+    [
+        ("base_link", (1.0, 0.0, 0.0), "is in the frame 'base_link'; send it"),
+        ("map", (np.nan, 0.0, 0.0), "must be a finite number, got nan"),
+        ("map", (1e300, 0.0, 0.0), "must be in [-100000, 100000] m, got 1e+30"),
+    ],
+)
+def test_a_goal_that_cannot_be_taken_is_told(domain, frame, at, words):
+    scenario = alone()
+    node = DdsNode()
+    node.advertise("/goal_pose", POSE)
+
+    def change():
+        for _ in range(3):
+            node.publish("/goal_pose", m.pose_stamped(0.0, frame, at))
+
+    told = []
+    with beside(change, reader_of_clocks(node)):
+        result = RunBridge(
+            scenario, BridgePlanner(lockstep=False), tell=told.append
+        )
+    (line,) = [it for it in told if "behind" not in it]
+    assert line.startswith("the goal on /goal_pose is not taken: ")
+    assert words in line
+    assert result.recording.goal == scenario.robot.goal
+
+
+def test_a_goal_of_who_begins_to_read_goals_counts(domain):
+    """The trial tells its own goal then, which is nobody's new one."""
+    node = DdsNode()
+    node.advertise("/goal_pose", POSE)
+    kept = []
+
+    def change():
+        kept.append(node.subscribe("/goal_pose", POSE))
+        node.publish("/goal_pose", m.pose_stamped(0.0, "odom", (1, 2, 0)))
+
+    with beside(change, reader_of_clocks(node)):
+        result = RunBridge(alone(), BridgePlanner(lockstep=False))
+    assert result.recording.goal == (1.0, 2.0, 0.0)
+
+
+def test_a_command_for_the_trial_before_moves_no_robot(domain):
+    planner = BridgePlanner(lockstep=False)
+    node = DdsNode()
+    node.advertise("/cmd_vel", "geometry_msgs/msg/Twist")
+    RunBridge(alone(), planner)
+    node.publish("/cmd_vel", m.twist(0.5, 0.0, 0.0))
+    time.sleep(0.3)
+    result = RunBridge(alone(), planner)
+    robot = result.recording.robot
+    np.testing.assert_array_equal(robot[-1, :2], robot[0, :2])
+    assert "the planner: no command comes on /cmd_vel" in result.end_message
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_commands_of_another_type_are_told(domain, lockstep):
+    node = DdsNode()
+    node.advertise("/cmd_vel", "geometry_msgs/msg/TwistStamped")
+    planner = BridgePlanner(lockstep=lockstep, time_limit=0.5)
+    result = RunBridge(alone(), planner)
+    assert (
+        "/cmd_vel is published as geometry_msgs/msg/TwistStamped, not as"
+        " geometry_msgs/msg/Twist; choose the other command_type"
+        in result.end_message
+    )
+
+
+def test_a_slow_answer_without_a_stamp_is_not_asked_for_again(domain):
+    """Else the second one would count for the next cycle."""
+    node = DdsNode()
+    node.advertise("/cmd_vel", "geometry_msgs/msg/Twist")
+    asked = node.subscribe("/observation", "hunav_msgs/msg/Agents")
+    stop = threading.Event()
+
+    def answer():
+        while not stop.wait(0.01):
+            for told in asked.take():
+                time.sleep(1.3)
+                stamp = m.nanoseconds(told.header.stamp) * 1e-9
+                node.publish("/cmd_vel", m.twist(0.0, 0.0, stamp))
+
+    diagram = MakeTrialDiagram(
+        with_bridge(alone(), BridgePlanner(time_limit=60.0))
+    )
+    port = diagram.GetOutputPort("velocity_command")
+    simulator = Simulator(diagram)
+    thread = threading.Thread(target=answer)
+    thread.start()
+    commands = []
+    try:
+        for k in range(4):
+            simulator.AdvanceTo(0.05 * k)
+            commands.append(port.Eval(simulator.get_context())[1])
+    finally:
+        stop.set()
+        thread.join()
+    # (The first one is that of the instant 0, before its update is seen.)
+    assert commands == pytest.approx([0.0, 0.0, 0.05, 0.1])
+
+
+@pytest.mark.parametrize("run", [RunBridge, RunTrial])
+def test_an_interrupt_ends_the_wait_for_a_command(domain, run):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    scenario = with_bridge(alone(), bridge())
+    options = {"planner": bridge()} if run is RunBridge else {}
+    if run is RunTrial:
+        options["on_planner_error"] = "raise"
+    timer = threading.Timer(3.0, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    started = time.monotonic()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run(scenario, **options)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
+    assert time.monotonic() - started < 30
+
+
+OTHER = """
+import time
+from hunav_drake.systems.planning.ros2 import DdsNode, message
+node = DdsNode()
+node.advertise("/observation", "hunav_msgs/msg/Agents")
+print("ready", flush=True)
+while True:
+    time.sleep(0.02)
+    if {runs}:
+        node.publish("/observation", message("hunav_msgs/msg/Agents"))
+"""
+
+
+@pytest.mark.parametrize("runs", [True, False])
+def test_another_trial_with_the_same_topics_is_told(domain, runs):
+    """Both would get the same commands; one that does not run, none."""
+    other = subprocess.Popen(
+        [sys.executable, "-c", OTHER.format(runs=runs)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+    )
+    try:
+        assert other.stdout.readline() == b"ready\n"
+        result = RunBridge(alone(), BridgePlanner(lockstep=False))
+    finally:
+        other.kill()
+        other.communicate()
+    assert result.end_reason == ("planner_failed" if runs else "timeout")
+    words = f"another trial publishes /observation on DDS domain {domain}"
+    assert (words in result.end_message) == runs
+
+
+def test_a_wrong_configuration_of_dds_is_named(domain, monkeypatch):
+    monkeypatch.setenv("CYCLONEDDS_URI", "<nonsense")
+    with pytest.raises(ValueError, match="CYCLONEDDS_URI names, '<nonsense'"):
+        RunBridge(alone(), bridge())
+
+
+def test_a_lidar_that_the_trial_adds_has_its_frame(domain):
+    scenario = alone("planner.sees=lidar")
+    diagram = MakeTrialDiagram(with_bridge(scenario, bridge()))
+    told = dict(TrialTopics(diagram).constants())
+    (mount,) = told["/tf_static"].transforms
+    assert mount.child_frame_id == "laser"
+
+
 def test_a_robot_needs_a_goal():
     scenario = LoadScenario(filename="passing", overrides=["robot.goal=null"])
     with pytest.raises(ValueError, match="has no goal, so its planner"):
@@ -349,6 +549,9 @@ def test_the_command_tells_what_fails(domain, capsys):
     assert "there is no network interface 'nope'" in capsys.readouterr().err
     assert main([*options, "--time-limit", "0"]) == 2
     assert "time_limit: must be in (0, 3600] s" in capsys.readouterr().err
+    assert main([*options, "--time-limit", "3", "--real-time"]) == 2
+    told = capsys.readouterr().err
+    assert "--time-limit does not go with --real-time" in told
 
 
 def test_the_command_drives(domain, capsys, tmp_path):
