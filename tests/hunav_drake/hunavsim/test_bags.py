@@ -25,7 +25,7 @@ from hunav_drake import (
 )
 from hunav_drake.commands.cli import main
 from hunav_drake.hunavsim.ros2 import write_bag
-from hunav_drake.hunavsim.ros2.topics import TrialTopics
+from hunav_drake.hunavsim.ros2.topics import TrialTopics, ros_name
 from hunav_drake.hunavsim.ros2.write_bag import write
 from hunav_drake.systems.planning.ros2 import message, messages as m, type_store
 from hunav_drake.systems.planning.ros2.message_types import from_cdr, to_cdr
@@ -616,3 +616,91 @@ def test_what_cannot_be_exported(tmp_path, capsys):
 def test_bytes_are_those_of_the_store():
     sent = m.clock(1.5)
     assert to_cdr(sent)[:4] == b"\0\1\0\0"
+
+
+# What cannot be written.
+
+
+def test_a_scan_has_the_time_at_which_it_was_taken(tmp_path):
+    """Of late and slow lidars, too: its points lie on the walls."""
+    slow = "{type: lidar, num_rays: 30, period: 0.15, delay: 0.2}"
+    scenario = LoadScenario(
+        filename="free_run",
+        overrides=["simulation.duration=4", f"sensors=[{slow}]"],
+    )
+    result = RunTrial(scenario)
+    path = WriteBag(result, tmp_path / "a" / "a.mcap", scenario=scenario)
+    told = result.recording
+    walls = shapely.MultiLineString(
+        list(told.obstacles.segments.reshape(-1, 2, 2))
+    )
+    taken = []
+    with AnyReader([path.parent]) as reader:
+        scans = [it for it in reader.connections if it.topic == "/scan"]
+        for connection, _, data in reader.messages(scans):
+            scan = reader.deserialize(data, connection.msgtype)
+            time = m.nanoseconds(scan.header.stamp) * 1e-9
+            taken.append(time)
+            x, y, yaw = (
+                np.interp(time, told.times, told.robot[:, i]) for i in range(3)
+            )
+            angles = yaw + scan.angle_min + np.arange(30) * scan.angle_increment
+            hits = scan.ranges < scan.range_max
+            points = shapely.points(
+                x + (scan.ranges * np.cos(angles))[hits],
+                y + (scan.ranges * np.sin(angles))[hits],
+            )
+            assert shapely.distance(points, walls).max() < 0.01
+    np.testing.assert_allclose(taken, 0.15 * np.arange(len(taken)), atol=1e-9)
+    assert len(taken) > 20
+
+
+def test_lidars_have_frames_of_their_own():
+    names = ("first", "laser", "rear")
+    sensors = ", ".join(f"{{type: lidar, name: {it}}}" for it in names)
+    scenario = LoadScenario(
+        filename="free_run", overrides=[f"sensors=[{sensors}]"]
+    )
+    told = dict(TrialTopics(MakeTrialDiagram(scenario)).constants())
+    frames = [it.child_frame_id for it in told["/tf_static"].transforms]
+    assert frames == ["laser", "laser_scan", "rear"]
+
+
+def test_names_of_topics_are_those_of_ros():
+    assert ros_name("a b") == ros_name("a__b") == "a_b"
+    assert ros_name("__x") == "r_x"
+    assert ros_name("3") == "r_3"
+    assert ros_name("") == ""
+
+
+def test_recordings_that_messages_cannot_hold_are_told(crossing, tmp_path):
+    told = crossing[1].recording
+    early = dataclasses.replace(told, times=told.times - 1)
+    late = dataclasses.replace(told, times=told.times + 3e9)
+    close = dataclasses.replace(told, times=told.times * 1e-9)
+    odd = dataclasses.replace(told, behavior_status=told.behavior_status + 300)
+    twins = dataclasses.replace(
+        told,
+        robot_name="a b",
+        others=(dataclasses.replace(told, robot_name="a_b"),),
+    )
+    for recording, words in (
+        (early, r"must be in \[0, 2147483648\) s .* got -1 s"),
+        (late, r"must be in \[0, 2147483648\) s"),
+        (close, "at least 1 ns apart"),
+        (odd, r"behavior_status must be in \[0, 255\]"),
+        (twins, "the robots 'a b' and 'a_b' would both be 'a_b'"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            WriteBag(recording, tmp_path / "new" / "a.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_fails_leaves_no_folder(crossing, tmp_path, monkeypatch):
+    def fails(sent):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(write_bag, "to_cdr", fails)
+    with pytest.raises(OSError, match="no space left"):
+        WriteBag(crossing[1], tmp_path / "new" / "a.mcap")
+    assert list(tmp_path.iterdir()) == []
