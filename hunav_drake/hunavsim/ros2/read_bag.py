@@ -212,9 +212,12 @@ def _damage_told(what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (OSError, ImportError):
+    except ImportError:
         raise
     except Exception as error:
+        # (Of a file that cannot be read, it has the name.)
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
         words = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(f"{what}: {words:.200}") from error
 

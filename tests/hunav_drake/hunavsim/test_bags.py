@@ -317,6 +317,16 @@ def test_random_damages_are_told(bag, tmp_path):
             ReadBag(file)
 
 
+def test_a_place_that_damaged_bytes_point_to_is_told(bag, monkeypatch):
+    def fails(*_):
+        raise OSError(22, "Invalid argument")
+
+    monkeypatch.setattr(AnyReader, "open", fails)
+    words = f"{bag}: is no bag that can be read: .*Invalid argument"
+    with pytest.raises(ValueError, match=words):
+        ReadBag(bag)
+
+
 def test_a_folder_that_is_no_bag(tmp_path, capsys):
     assert main(["evaluate", str(tmp_path)]) == 2
     assert "it has no file metadata.yaml" in capsys.readouterr().err
