@@ -1,7 +1,7 @@
 """Reads recordings of people and robots from ROS bags, without ROS."""
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 import contextlib
 import dataclasses
 import errno
@@ -30,6 +30,7 @@ from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
 )
+from hunav_drake.systems.evaluation.recording_checks import LARGEST
 from hunav_drake.systems.planning.ros2 import messages as m
 from hunav_drake.systems.planning.ros2.message_types import type_store
 from hunav_drake.systems.world.maps.map_file import CellMap, outlines_of
@@ -53,8 +54,12 @@ _BASES = ("base_link", "base_footprint")
 # From this occupancy on, in percent, cells of a map are walls.
 _OCCUPIED = 65
 
-# Longer gaps between messages on a robot are not bridged, in seconds.
+# Longer gaps between messages on a robot are not bridged, in seconds. Those
+# between transforms are told.
 _LONGEST_GAP = 1.0
+
+# The largest side of a cell of a map, in meters.
+_LARGEST_CELL = 10.0
 
 
 class Body(NamedTuple):
@@ -64,7 +69,7 @@ class Body(NamedTuple):
         key: What tells people apart: an id or a name.
         row: Its row; NaN where it is not told.
         name: Its name; empty if unknown.
-        behavior: The name of its behavior.
+        behavior: The name of its behavior; empty if it is not told.
         status: What it does.
         group_id: The number of its group.
     """
@@ -117,11 +122,45 @@ def ReadBag(
 
 
 class _Bag:
-    """The messages of a bag."""
+    """The messages of a bag.
+
+    Times are in seconds since `zero`, in whole nanoseconds: those since 1970
+    would lose digits. `last` is the place of the message that was read last.
+    """
 
     def __init__(self, reader: Any) -> None:
         self._reader = reader
+        self.zero = 0
+        self.last = ""
         self.types = {it.topic: it.msgtype for it in reader.connections}
+        self._defined = any(it.msgdef.data for it in reader.connections)
+
+    def begin_at(self, topic: str) -> None:
+        """Sets `zero` to the time of the first message of a topic, or of /tf.
+
+        Raises:
+            ValueError: If it is damaged.
+        """
+        topics = [topic] if topic else self.of_type(TRANSFORMS)
+        for _, came, told in self.messages(*topics):
+            header = getattr(told, "header", None)
+            stamp = m.nanoseconds(header.stamp) if header else 0
+            self.zero = stamp or round(came * 1e9)
+            return
+
+    def time(self, header: Any, came: float) -> float:
+        """Returns the time of a message: its stamp, if it has one."""
+        stamp = m.nanoseconds(header.stamp)
+        return (stamp - self.zero) * 1e-9 if stamp else came
+
+    def clock(self, time: float) -> str:
+        """Returns a time as messages have it, in seconds."""
+        seconds, rest = divmod(self.zero + round(time * 1e9), 10**9)
+        return f"{seconds}.{rest:09d}".rstrip("0").rstrip(".")
+
+    def place(self, topic: str, time: float) -> str:
+        """Returns the place of a message in words."""
+        return f"the message of topic {topic} at {self.clock(time)} s"
 
     def of_type(self, kind: str) -> list[str]:
         """Returns the topics of a type, in the order of the bag."""
@@ -142,11 +181,27 @@ class _Bag:
                 it, nanoseconds, data = next(found, (None, 0, b""))
             if it is None:
                 return
-            time = nanoseconds * 1e-9
-            place = f"the message of topic {it.topic} at {time:.9g} s"
-            with _damage_told(f"{place} is damaged"):
+            time = (nanoseconds - self.zero) * 1e-9
+            self.last = self.place(it.topic, time)
+            fault = f"{self.last} is damaged"
+            if not self._defined:
+                fault += (
+                    f", or {it.msgtype} has other fields (the bag does not"
+                    " define them; write it as MCAP with `ros2 bag convert`)"
+                )
+            with _damage_told(fault):
                 told = self._reader.deserialize(data, it.msgtype)
             yield it.topic, time, told
+
+    def check(self, topic: str, time: float, numbers: dict[str, float]) -> None:
+        """Refuses numbers of a message that are not finite, or too large."""
+        for name, number in numbers.items():
+            if not abs(number) <= LARGEST:
+                raise ValueError(
+                    f"{self.place(topic, time)} has {name} = {number:g}, which"
+                    f" must be finite and at most {LARGEST:g} in size; cut the"
+                    " bag there"
+                )
 
 
 @contextlib.contextmanager
@@ -157,9 +212,12 @@ def _damage_told(what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (OSError, ImportError):
+    except ImportError:
         raise
     except Exception as error:
+        # (Of a file that cannot be read, it has the name.)
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
         words = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(f"{what}: {words:.200}") from error
 
@@ -170,12 +228,23 @@ def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
     from rosbags.highlevel import AnyReader
 
     if not path.exists():
-        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path)
+        raise FileNotFoundError(
+            errno.ENOENT, os.strerror(errno.ENOENT), str(path)
+        )
     with _damage_told("is no bag that can be read"):
         reader = AnyReader([path], default_typestore=store)
         reader.open()
+    bag = _Bag(reader)
     try:
-        return _recording(_Bag(reader), people, robot)
+        return _recording(bag, people, robot)
+    except AttributeError as error:
+        kind = getattr(error.obj, "__msgtype__", "")
+        if not kind:
+            raise
+        raise ValueError(
+            f"{bag.last} has no field {error.name!r} in its {kind}: it is of"
+            " another version; choose another topic"
+        ) from error
     finally:
         reader.close()
 
@@ -185,17 +254,18 @@ def _recording(
 ) -> tuple[Recording, list[str]]:
     people = _choose(bag, people, _PEOPLE, "people")
     chosen = [robot] if robot else _robots(bag)
+    bag.begin_at(people or next(iter(chosen), ""))
     frames = _Frames(bag)
-    robots = {it: _track(bag, it, frames) for it in chosen}
+    robots = {it: _track(bag, it, frames, people) for it in chosen}
     if not robots:
         robots = {"": _base_track(frames)}
     missing: list[str] = []
-    samples = list(_samples(bag, people, frames)) if people else []
+    samples = list(_samples(bag, people, frames, missing)) if people else []
     if not people:
         missing.append("no people")
         first = next(iter(robots.values()))
         samples = [(time, []) for time in first[0].tolist()]
-    samples = _within(samples, [times for times, _ in robots.values()])
+    samples = _within(bag, samples, robots)
     times = np.array([time for time, _ in samples])
     facts: dict[Any, Body] = {}
     for _, bodies in samples:
@@ -214,33 +284,35 @@ def _recording(
     for i, name in enumerate(names):
         _fill(times, humans[:, i], name, missing)
     goals = _goals(bag, frames)
-    walls = _walls(bag, missing)
+    walls = _walls(bag, frames, missing)
     shared: dict[str, Any] = {
         "times": times - times[0],
         "humans": humans,
         "behavior_status": status,
         "human_names": tuple(names),
         "human_ids": _ids(facts),
-        "behaviors": tuple(it.behavior for it in facts.values()),
+        "behaviors": tuple(it.behavior or "regular" for it in facts.values()),
         "group_ids": tuple(it.group_id for it in facts.values()),
         "obstacles": walls or Obstacles.from_points([]),
         "walls_known": walls is not None,
     }
     made = []
-    for topic, (told, rows) in robots.items():
-        name = topic.rpartition("/")[0].strip("/") if len(robots) > 1 else ""
-        states = _at(told, rows, times, topic or "/tf")
+    for name, (topic, (known, rows)) in zip(
+        _robot_names(robots), robots.items(), strict=True
+    ):
+        states = _at(bag, known, rows, times, topic or "/tf")
         _fill(times, states, "the robot", missing)
         prefix = topic.rpartition("/")[0]
-        goal = goals.get(prefix) or (
-            None if len(robots) > 1 else next(iter(goals.values()), None)
-        )
+        goal = goals.get(prefix)
+        if goal is None and len(robots) == len(goals) == 1:
+            (goal,) = goals.values()
         more: dict[str, Any] = {"goal": goal, "robot_name": name}
         if goal is not None:
             more["goal_yaw_tolerance"] = GOAL_YAW_TOLERANCE
         elif "no goal" not in missing:
             missing.append("no goal")
         made.append(Recording(robot=states, **shared, **more))
+    missing += frames.gaps()
     first_robot, *others = made
     return dataclasses.replace(first_robot, others=tuple(others)), missing
 
@@ -290,21 +362,33 @@ class _Frames:
 
     def __init__(self, bag: _Bag) -> None:
         found: dict[str, list[tuple[float, ...]]] = defaultdict(list)
+        self._bag = bag
         self._parents: dict[str, str] = {}
+        self._others: dict[str, str] = {}
+        self._gaps: dict[str, float] = {}
         topics = [
             it
             for it, kind in bag.types.items()
             if kind in (TRANSFORMS, "tf/msg/tfMessage")
         ]
-        for _, time, told in bag.messages(*topics):
+        for topic, came, told in bag.messages(*topics):
             for it in told.transforms:
                 child = _plain(it.child_frame_id)
-                self._parents[child] = _plain(it.header.frame_id)
+                parent = _plain(it.header.frame_id)
+                if self._parents.setdefault(child, parent) != parent:
+                    self._others[child] = parent
                 move, turn = it.transform.translation, it.transform.rotation
-                when = _time(it.header, time)
-                found[child].append((when, move.x, move.y, m.yaw_of(turn)))
+                when, yaw = bag.time(it.header, came), m.yaw_of(turn)
+                numbers = {"x": move.x, "y": move.y, "yaw": yaw}
+                bag.check(topic, when, numbers)
+                found[child].append((when, *numbers.values()))
         self._poses = {
             child: np.array(sorted(rows)) for child, rows in found.items()
+        }
+        self._moving = {
+            child
+            for child, rows in self._poses.items()
+            if np.ptp(rows, 0)[1:].any()
         }
         known = {*self._parents, *self._parents.values()}
         self.fixed = "map" if "map" in known else ""
@@ -329,10 +413,21 @@ class _Frames:
         x = y = yaw = 0.0
         at, steps = frame, 0
         while at != self.fixed:
+            if not frame:
+                raise ValueError(
+                    "messages without a frame (header.frame_id) cannot be"
+                    f" moved to {self.fixed!r}; name their frame in the bag"
+                )
             if at not in self._parents or steps > len(self._parents):
                 raise ValueError(
                     f"no transforms on /tf join the frames {frame!r} and"
                     f" {self.fixed!r}; record /tf and /tf_static, too"
+                )
+            if at in self._others:
+                raise ValueError(
+                    f"the frame {at!r} has two parents on /tf,"
+                    f" {self._parents[at]!r} and {self._others[at]!r}; leave"
+                    " one out of the bag"
                 )
             dx, dy, turn = self._local(at, time)
             c, s = math.cos(turn), math.sin(turn)
@@ -346,13 +441,28 @@ class _Frames:
         rows = self._poses[frame]
         right = int(np.searchsorted(rows[:, 0], time))
         if right == 0 or right == len(rows):
-            _, x, y, yaw = rows[min(right, len(rows) - 1)].tolist()
+            end, x, y, yaw = rows[min(right, len(rows) - 1)].tolist()
+            if frame in self._moving:
+                self._note_gap(frame, abs(time - end))
             return x, y, yaw
         a, b = rows[right - 1], rows[right]
+        if (a[1:] != b[1:]).any():
+            self._note_gap(frame, float(b[0] - a[0]))
         share = (time - a[0]) / (b[0] - a[0]) if b[0] > a[0] else 1.0
         turn = math.remainder(b[3] - a[3], 2 * math.pi)
         x, y = (a[1:3] + share * (b[1:3] - a[1:3])).tolist()
         return x, y, float(a[3] + share * turn)
+
+    def _note_gap(self, frame: str, gap: float) -> None:
+        if gap > max(_LONGEST_GAP, self._gaps.get(frame, 0.0)):
+            self._gaps[frame] = gap
+
+    def gaps(self) -> list[str]:
+        """Returns which frames have no transforms for long, in words."""
+        return [
+            f"no transforms of the frame {frame!r} for up to {gap:.3g} s"
+            for frame, gap in self._gaps.items()
+        ]
 
     def moves(self, frame: str) -> Array | None:
         """Returns the times (s) of a frame's poses; None if it is unknown."""
@@ -364,15 +474,7 @@ def _plain(frame: str) -> str:
     return str(frame).lstrip("/")
 
 
-def _time(header: Any, came: float) -> float:
-    """Returns the time of a message, in seconds: its stamp, if it has one."""
-    stamp = m.nanoseconds(header.stamp)
-    return stamp * 1e-9 if stamp else came
-
-
-def _moved(
-    row: list[float], at: tuple[float, float, float], exact: bool = False
-) -> list[float]:
+def _moved(row: list[float], at: tuple[float, float, float]) -> list[float]:
     """Returns a row in another frame, given the pose of its own frame."""
     dx, dy, turn = at
     if dx == dy == turn == 0.0:
@@ -386,33 +488,55 @@ def _moved(
 
 
 def _samples(
-    bag: _Bag, topic: str, frames: _Frames
+    bag: _Bag, topic: str, frames: _Frames, missing: list[str]
 ) -> Iterator[tuple[float, list[Body]]]:
     """Yields the times of messages on people, in s, and the people."""
     read = _READERS[bag.types[topic]]
-    last = -math.inf
+    last, same = -math.inf, 0
+    lacks: dict[str, None] = {}
     for _, came, told in bag.messages(topic):
-        time = _time(told.header, came)
+        time = bag.time(told.header, came)
         if time <= last:
             if time == last:
+                same += 1
                 continue
             raise ValueError(
-                f"the message of topic {topic} at {time:.9g} s comes after one"
-                f" at {last:.9g} s"
+                f"{bag.place(topic, time)} comes after one at"
+                f" {bag.clock(last)} s; cut the bag there"
             )
         last = time
         at = frames.pose(told.header.frame_id, time)
-        bodies = [
-            body._replace(row=_moved(body.row, at)) for body in read(told)
-        ]
+        bodies = read(told)
         keys = [it.key for it in bodies]
         if len(set(keys)) < len(keys):
             twice = next(it for it in keys if keys.count(it) > 1)
-            raise ValueError(
-                f"the message of topic {topic} at {time:.9g} s has {twice!r}"
-                " twice"
-            )
+            raise ValueError(f"{bag.place(topic, time)} has {twice!r} twice")
+        for k, body in enumerate(bodies):
+            _check_row(bag, topic, time, body.row)
+            bodies[k] = body._replace(row=_moved(body.row, at))
+            if not body.name and bag.types[topic] == PEOPLE:
+                lacks["no names of people, whom their places tell apart"] = None
+            if not body.behavior:
+                lacks["no behaviors of HuNavSim for some people"] = None
         yield time, bodies
+    missing += lacks
+    if same:
+        missing.append(
+            f"{same} messages of {topic} with the time of the one before,"
+            " which are left out"
+        )
+
+
+def _check_row(bag: _Bag, topic: str, time: float, row: list[float]) -> None:
+    """Refuses a row whose numbers are out of range; NaN is not told."""
+    numbers = dict(zip(STATE_FIELDS, row, strict=True))
+    known = {it: x for it, x in numbers.items() if it in "xy" or x == x}
+    bag.check(topic, time, known)
+    if row[RADIUS] < 0:
+        raise ValueError(
+            f"{bag.place(topic, time)} has radius = {row[RADIUS]:g}, which must"
+            " not be negative; cut the bag there"
+        )
 
 
 def _agent(told: Any) -> Body:
@@ -425,7 +549,7 @@ def _agent(told: Any) -> Body:
         int(told.id),
         m.row_of(told),
         str(told.name),
-        BEHAVIOR_NAMES.get(number, str(number) if number else "regular"),
+        BEHAVIOR_NAMES.get(number, str(number) if number else ""),
         int(status),
         int(told.group_id),
     )
@@ -469,18 +593,29 @@ _READERS: dict[str, Callable[[Any], list[Body]]] = {
 }
 
 
-def _track(bag: _Bag, topic: str, frames: _Frames) -> tuple[Array, Array]:
-    """Returns the times (s) and the rows of a robot."""
+def _track(
+    bag: _Bag, topic: str, frames: _Frames, people: str
+) -> tuple[Array, Array]:
+    """Returns the times (s) and the rows of a robot.
+
+    HuNavSim's agents name no frame: it is that of its `people`.
+    """
+    frame = frames.fixed
+    if bag.types.get(people) == AGENTS:
+        first = next(bag.messages(people), None)
+        frame = first[2].header.frame_id if first else frame
     kind = bag.types.get(topic)
     if kind not in _ROBOTS:
         _choose(bag, topic, _ROBOTS, "robot")
     rows: dict[float, list[float]] = {}
     for _, came, told in bag.messages(topic):
         if kind == AGENT:
-            # (It has no stamp, and is in the frame of the people.)
-            rows[came] = m.row_of(told)
+            # (It has no stamp.)
+            row = m.row_of(told)
+            _check_row(bag, topic, came, row)
+            rows[came] = _moved(row, frames.pose(frame, came))
             continue
-        time = _time(told.header, came)
+        time = bag.time(told.header, came)
         at, speed = told.pose.pose, told.twist.twist
         yaw = m.yaw_of(at.orientation)
         c, s = math.cos(yaw), math.sin(yaw)
@@ -489,6 +624,7 @@ def _track(bag: _Bag, topic: str, frames: _Frames) -> tuple[Array, Array]:
             *(at.position.x, at.position.y, yaw),
             *(c * vx - s * vy, s * vx + c * vy, speed.angular.z, math.nan),
         ]
+        _check_row(bag, topic, time, row)
         rows[time] = _moved(row, frames.pose(told.header.frame_id, time))
     if not rows:
         raise ValueError(f"topic {topic} has no messages")
@@ -516,31 +652,49 @@ def _base_track(frames: _Frames) -> tuple[Array, Array]:
 
 
 def _within(
-    samples: Sequence[tuple[float, list[Body]]], tracks: Sequence[Array]
+    bag: _Bag,
+    samples: Sequence[tuple[float, list[Body]]],
+    tracks: dict[str, tuple[Array, Array]],
 ) -> list[tuple[float, list[Body]]]:
     """Returns the samples in the time that all robots are known."""
-    first = max(times[0] for times in tracks) - 1e-6
-    last = min(times[-1] for times in tracks) + 1e-6
-    left = [it for it in samples if first <= it[0] <= last]
+    first = max(float(times[0]) for times, _ in tracks.values())
+    last = min(float(times[-1]) for times, _ in tracks.values())
+    left = [it for it in samples if first - 1e-6 <= it[0] <= last + 1e-6]
     if left:
         return left
     ends = "never told of"
     if samples:
-        ends = f"told of from {samples[0][0]:.9g} s to {samples[-1][0]:.9g} s"
-    raise ValueError(
-        f"people are {ends}, the robot from {first:.9g} s to {last:.9g} s: they"
-        " have no time in common; do their clocks differ?"
+        begin, end = (bag.clock(samples[k][0]) for k in (0, -1))
+        ends = f"told of from {begin} s to {end} s"
+    fault = (
+        f"people are {ends}, the robot from {bag.clock(first)} s to"
+        f" {bag.clock(last)} s: they have no time in common; do their clocks"
+        " differ?"
     )
+    if any(bag.types.get(it) == AGENT for it in tracks):
+        fault += f" {AGENT} has no stamp: choose an odometry with --robot"
+    raise ValueError(fault)
 
 
-def _at(told: Array, rows: Array, times: Array, topic: str) -> Array:
+def _robot_names(topics: Iterable[str]) -> list[str]:
+    """Returns the names of robots by their topics; that of one is empty."""
+    topics = list(topics)
+    if len(topics) == 1:
+        return [""]
+    names = [it.rpartition("/")[0].strip("/") for it in topics]
+    if all(names) and len(set(names)) == len(names):
+        return names
+    return [it.strip("/") for it in topics]
+
+
+def _at(bag: _Bag, told: Array, rows: Array, times: Array, topic: str) -> Array:
     """Returns the rows of a robot at other times, interpolated."""
     gaps = np.diff(told)
     for k in np.flatnonzero(gaps > _LONGEST_GAP):
         if told[k] < times[-1] and told[k + 1] > times[0]:
             raise ValueError(
-                f"topic {topic} has no message from {told[k]:.9g} s to"
-                f" {told[k + 1]:.9g} s; cut the bag there"
+                f"topic {topic} has no message from {bag.clock(told[k])} s to"
+                f" {bag.clock(told[k + 1])} s; cut the bag there"
             )
     smooth = rows.copy()
     smooth[:, YAW] = np.unwrap(rows[:, YAW])
@@ -579,8 +733,8 @@ def _fill(times: Array, states: Array, name: str, missing: list[str]) -> None:
 
 def _names(facts: dict[Any, Body]) -> list[str]:
     """Returns the names of people, each once."""
-    names = [it.name for it in facts.values()]
-    if all(names) and len(set(names)) == len(names):
+    names = [it.name or f"person_{key}" for key, it in facts.items()]
+    if len(set(names)) == len(names):
         return names
     return [f"person_{key}" for key in facts]
 
@@ -601,9 +755,11 @@ def _goals(bag: _Bag, frames: _Frames) -> dict[str, tuple[float, ...]]:
     ]
     found = {}
     for topic, came, told in bag.messages(*topics):
-        time = _time(told.header, came)
+        time = bag.time(told.header, came)
         at = told.pose
         row = [at.position.x, at.position.y, m.yaw_of(at.orientation)]
+        names = ("x", "y", "yaw")
+        bag.check(topic, time, dict(zip(names, row, strict=True)))
         x, y, yaw = frames.pose(told.header.frame_id, time)
         moved = _moved([*row, 0.0, 0.0, 0.0, 0.0], (x, y, yaw))[:3]
         prefix = topic.removesuffix("/goal_pose")
@@ -611,24 +767,44 @@ def _goals(bag: _Bag, frames: _Frames) -> dict[str, tuple[float, ...]]:
     return found
 
 
-def _walls(bag: _Bag, missing: list[str]) -> Obstacles | None:
+def _walls(bag: _Bag, frames: _Frames, missing: list[str]) -> Obstacles | None:
     """Returns the walls of the map; None without a map."""
-    found = [it for _, _, it in bag.messages("/map")]
-    if not found or bag.types["/map"] != MAP:
+    known = bag.types.get("/map") == MAP
+    last = deque(bag.messages("/map") if known else (), maxlen=1)
+    if not last:
         missing.append("no map")
         return None
-    told = found[-1]
+    topic, came, told = last[0]
     info = told.info
     cells = np.asarray(told.data, dtype=np.int8)
-    if cells.size != info.width * info.height or info.resolution <= 0:
+    if cells.size != info.width * info.height:
         raise ValueError(
-            f"/map has {cells.size} cells of {info.resolution:g} m for a width"
-            f" of {info.width} and a height of {info.height}"
+            f"/map has {cells.size} cells for a width of {info.width} and a"
+            f" height of {info.height}; leave it out of the bag"
         )
-    cells = cells.reshape(info.height, info.width)
+    if not 0 < info.resolution <= _LARGEST_CELL:
+        raise ValueError(
+            f"/map has cells of {info.resolution:g} m, which must be in"
+            f" (0, {_LARGEST_CELL:g}] m; leave it out of the bag"
+        )
+    if not (cells >= 0).any():
+        missing.append("no known cells on its map")
+        return None
     at = info.origin
-    origin = (at.position.x, at.position.y, m.yaw_of(at.orientation))
+    x, y, yaw = at.position.x, at.position.y, m.yaw_of(at.orientation)
+    time = bag.time(told.header, came)
+    bag.check(topic, time, {"x": x, "y": y, "yaw": yaw})
+    try:
+        pose = frames.pose(told.header.frame_id, time)
+    except ValueError:
+        missing.append(
+            f"no transforms from its map's frame {told.header.frame_id!r}, so"
+            " no walls"
+        )
+        return None
+    x, y, yaw = _moved([x, y, yaw, 0.0, 0.0, 0.0, 0.0], pose)[:3]
+    cells = cells.reshape(info.height, info.width)
     resolution = float(str(np.float32(info.resolution)))
-    map_ = CellMap(cells >= _OCCUPIED, cells == 0, resolution, origin)
+    map_ = CellMap(cells >= _OCCUPIED, cells == 0, resolution, (x, y, yaw))
     shapes = list(outlines_of(map_))
     return Obstacles.from_shapes(shapes, solid=[True] * len(shapes))

@@ -33,6 +33,9 @@ Told = tuple[str, Any]
 # Topics whose last message those who come later get, too.
 LATCHED = ("/map", "/tf_static")
 
+# Frames that lidars with these names do not take.
+_FRAMES = ("map", "odom", "base_link", "laser")
+
 # The time between two messages of large topics, in seconds, as Nav2's.
 _PERIODS = {"markers": 0.1, "local_costmap": 0.2, "global_costmap": 1.0}
 
@@ -79,6 +82,27 @@ def check_numbers(people: People) -> None:
                     f"{what} of {name!r} must be below {2**bits} in messages of"
                     f" ROS 2, got {number}; number them anew"
                 )
+
+
+def check_robots(names: Sequence[str]) -> None:
+    """Checks that robots differ in the names of their topics.
+
+    Raises:
+        ValueError: If two do not.
+    """
+    _check_differ("robots", names, [ros_name(it) for it in names])
+
+
+def _check_differ(
+    what: str, names: Sequence[str], topics: Sequence[str]
+) -> None:
+    for i, topic in enumerate(topics):
+        if topic in topics[:i]:
+            other = names[topics.index(topic)]
+            raise ValueError(
+                f"the {what} {other!r} and {names[i]!r} would both be"
+                f" {topic!r} in topics; rename one"
+            )
 
 
 def people_of(recording: Recording) -> People:
@@ -264,8 +288,11 @@ def frames_of(robot: str) -> tuple[str, str]:
 
 def ros_name(name: str) -> str:
     """Returns a name with what topics must not have as underscores."""
-    plain = re.sub(r"[^A-Za-z0-9_]+", "_", name)
-    return f"r_{plain}" if plain[:1].isdigit() or plain[:1] == "_" else plain
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", name)
+    if plain[:1].isdigit() or plain[:1] == "_":
+        # (Nor may they have two underscores side by side.)
+        return "r_" + plain.lstrip("_")
+    return plain
 
 
 def map_topic(obstacles: Obstacles) -> Iterator[Told]:
@@ -300,15 +327,11 @@ class TrialTopics:
             [_ADULT * it.figure.tall for it in humans],
         )
         check_numbers(self._people)
-        names = [part.name for part in self._parts]
-        topics = [ros_name(name) for name in names]
-        for i, topic in enumerate(topics):
-            if topic in topics[:i]:
-                other = names[topics.index(topic)]
-                raise ValueError(
-                    f"the robots {other!r} and {names[i]!r} would both be"
-                    f" {topic!r} in topics; rename one"
-                )
+        check_robots([part.name for part in self._parts])
+        for part in self._parts:
+            lidars = [name for _, name, _ in scans_of(part.scenario)]
+            scans = [frame_of_scan(f"{ros_name(it)}/scan") for it in lidars]
+            _check_differ("lidars", lidars, scans)
         self._lidars = [
             (part, port, f"{ros_name(name)}/scan".lstrip("/"), sensor)
             for part in self._parts
@@ -370,7 +393,8 @@ class TrialTopics:
         for part, port, topic, sensor in self._lidars:
             prefix, frame = frames_of(part.name)
             scan = self._port(part.prefix + port).Eval(context)
-            if self._is_new(f"{prefix}/{topic}", scan):
+            taken = np.array([m.scan_time(time, sensor)])
+            if self._is_new(f"{prefix}/{topic}", taken):
                 frame += frame_of_scan(topic)
                 told = m.laser_scan(time, frame, sensor, scan)
                 yield f"{prefix}/{topic}", told
@@ -422,4 +446,5 @@ class TrialTopics:
 
 def frame_of_scan(topic: str) -> str:
     """Returns the frame of a scan: "laser", or the name of its lidar."""
-    return topic.rpartition("/")[0] or "laser"
+    name = topic.rpartition("/")[0]
+    return f"{name}_scan" if name in _FRAMES else name or "laser"

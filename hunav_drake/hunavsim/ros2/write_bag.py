@@ -1,6 +1,7 @@
 """Writes trials to ROS 2 bags, without ROS."""
 
 from collections.abc import Iterable, Iterator
+import contextlib
 from pathlib import Path
 import shutil
 import tempfile
@@ -51,7 +52,7 @@ def WriteBag(
         FileExistsError: If there is a file of this name, or a metadata.yaml.
         ImportError: If rosbags is not installed.
         OSError: If the file cannot be written.
-        ValueError: If the name has another end, a number of a person does not
+        ValueError: If the name has another end, a number or a name does not
             fit into messages, or the scenario gives another trial.
     """
     recording = run.recording if isinstance(run, TrialResult) else run
@@ -62,6 +63,7 @@ def WriteBag(
         if file.exists():
             raise FileExistsError(f"{file} exists; write into a new folder")
     if scenario is None:
+        _check(recording)
         write(path, _recorded(recording))
         return path
     found: list[tuple[float, list[Told]]] = []
@@ -84,10 +86,42 @@ def WriteBag(
     return path
 
 
+def _check(recording: Recording) -> None:
+    """Checks that a recording fits into messages.
+
+    Raises:
+        ValueError: If it does not.
+    """
+    topics.check_numbers(topics.people_of(recording))
+    topics.check_robots([it.robot_name for it in recording.robots])
+    times = recording.times
+    for time in (times[0], times[-1]):
+        if not 0 <= time < 2**31:
+            raise ValueError(
+                "times of a recording must be in [0, 2147483648) s in messages"
+                f" of ROS 2, got {time:g} s; let it begin at 0 s"
+            )
+    stamps = [m.nanoseconds(m.stamp(it)) for it in times.tolist()]
+    for k, step in enumerate(np.diff(stamps)):
+        if step < 1:
+            raise ValueError(
+                "samples must be at least 1 ns apart in messages of ROS 2, but"
+                f" sample {k + 1} at {times[k + 1]} s follows sample {k} at"
+                f" {times[k]} s; leave one out"
+            )
+    status = recording.behavior_status
+    if status is not None and status.size:
+        for number in (status.min(), status.max()):
+            if not 0 <= number <= 255:
+                raise ValueError(
+                    "behavior_status must be in [0, 255] in messages of ROS 2,"
+                    f" got {number:g}; number them anew"
+                )
+
+
 def _recorded(recording: Recording) -> Iterator[tuple[float, list[Told]]]:
     """Yields the topics of a recording, by time."""
     people = topics.people_of(recording)
-    topics.check_numbers(people)
     start = float(recording.times[0])
     known = topics.map_topic(recording.obstacles)
     yield start, [*known] if recording.walls_known else []
@@ -129,10 +163,15 @@ def write(path: Path, found: Iterable[tuple[float, Iterable[Told]]]) -> None:
     )
 
     plugin = StoragePlugin[STORAGES[path.suffix]]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(
-        dir=path.parent, prefix=f".{path.name}."
-    ) as draft:
+    with contextlib.ExitStack() as stack:
+        if not path.parent.exists():
+            path.parent.mkdir(parents=True)
+            stack.callback(_remove_if_empty, path.parent)
+        draft = stack.enter_context(
+            tempfile.TemporaryDirectory(
+                dir=path.parent, prefix=f".{path.name}."
+            )
+        )
         folder = Path(draft) / path.stem
         bag = Writer(folder, version=9, storage_plugin=plugin)
         if plugin == StoragePlugin.MCAP:
@@ -147,6 +186,11 @@ def write(path: Path, found: Iterable[tuple[float, Iterable[Told]]]) -> None:
                     bag.write(connections[topic], stamp, to_cdr(sent))
         for file in folder.iterdir():
             shutil.move(file, path.with_name(file.name))
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with contextlib.suppress(OSError):
+        folder.rmdir()
 
 
 def _connect(bag: Any, topic: str, sent: Any) -> Any:

@@ -66,24 +66,24 @@ def twist(vx: float, vy: float, omega: float) -> Any:
 
 
 def quaternion(yaw: float) -> Any:
-    """Returns a turn about the z axis by an angle, in [-2 pi, 2 pi]."""
-    z, w = _half_turn(float(yaw))
-    return message("geometry_msgs/msg/Quaternion", z=z, w=w)
+    """Returns a turn about the z axis by an angle, in [-2 pi, 2 pi].
 
-
-def _half_turn(yaw: float) -> tuple[float, float]:
-    """Returns z and w of a quaternion that give exactly this angle.
-
-    Where the rounded sine and cosine do not, one of their neighbors does.
+    `yaw_of` gives exactly this angle.
     """
     z, w = math.sin(yaw / 2), math.cos(yaw / 2)
-    if 2 * math.atan2(z, w) == yaw:
-        return z, w
-    for near_z in (z, math.nextafter(z, 2), math.nextafter(z, -2)):
-        for near_w in (w, math.nextafter(w, 2), math.nextafter(w, -2)):
-            if 2 * math.atan2(near_z, near_w) == yaw:
-                return near_z, near_w
-    return z, w
+    kind = "geometry_msgs/msg/Quaternion"
+    turn = message(kind, z=z, w=w)
+    if yaw_of(turn) == yaw:
+        return turn
+    # Where the rounded sine and cosine do not give it, one of their neighbors
+    # does; near 1/8, where half angles have gaps, with the least tilt.
+    for x in (0.0, math.ulp(0.0)):
+        for near_z in (z, math.nextafter(z, 2), math.nextafter(z, -2)):
+            for near_w in (w, math.nextafter(w, 2), math.nextafter(w, -2)):
+                near = message(kind, x=x, z=near_z, w=near_w)
+                if yaw_of(near) == yaw:
+                    return near
+    return turn
 
 
 def yaw_of(turn: Any) -> float:
@@ -211,15 +211,24 @@ def transforms(*told: Any) -> Any:
     return message("tf2_msgs/msg/TFMessage", transforms=list(told))
 
 
+def scan_time(time: float, lidar: LidarParameters) -> float:
+    """Returns when the scan was taken that a lidar gives at a time."""
+    since = time - float(getattr(lidar, "delay", 0.0))
+    return max(0.0, math.floor(since / lidar.period + 1e-6) * lidar.period)
+
+
 def laser_scan(
     time: float, frame: str, lidar: LidarParameters, distances: Array
 ) -> Any:
-    """Returns a scan; a ray without a hit has the maximum range."""
+    """Returns the scan that a lidar gives at a time, stamped with its own.
+
+    A ray without a hit has the maximum range.
+    """
     angles = lidar.angles()
     step = float(angles[1] - angles[0]) if len(angles) > 1 else 0.0
     return message(
         "sensor_msgs/msg/LaserScan",
-        header=header(time, frame),
+        header=header(scan_time(time, lidar), frame),
         angle_min=float(angles[0]),
         angle_max=float(angles[-1]),
         angle_increment=step,

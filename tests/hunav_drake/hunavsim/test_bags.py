@@ -25,7 +25,7 @@ from hunav_drake import (
 )
 from hunav_drake.commands.cli import main
 from hunav_drake.hunavsim.ros2 import write_bag
-from hunav_drake.hunavsim.ros2.topics import TrialTopics
+from hunav_drake.hunavsim.ros2.topics import TrialTopics, ros_name
 from hunav_drake.hunavsim.ros2.write_bag import write
 from hunav_drake.systems.planning.ros2 import message, messages as m, type_store
 from hunav_drake.systems.planning.ros2.message_types import from_cdr, to_cdr
@@ -315,6 +315,16 @@ def test_random_damages_are_told(bag, tmp_path):
         with contextlib.suppress(ValueError), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             ReadBag(file)
+
+
+def test_a_place_that_damaged_bytes_point_to_is_told(bag, monkeypatch):
+    def fails(*_):
+        raise OSError(22, "Invalid argument")
+
+    monkeypatch.setattr(AnyReader, "open", fails)
+    words = f"{bag}: is no bag that can be read: .*Invalid argument"
+    with pytest.raises(ValueError, match=words):
+        ReadBag(bag)
 
 
 def test_a_folder_that_is_no_bag(tmp_path, capsys):
@@ -616,3 +626,330 @@ def test_what_cannot_be_exported(tmp_path, capsys):
 def test_bytes_are_those_of_the_store():
     sent = m.clock(1.5)
     assert to_cdr(sent)[:4] == b"\0\1\0\0"
+
+
+# Odd bags from elsewhere.
+
+
+def later(parts, seconds):
+    """Returns messages whose times are all later, also their stamps."""
+    moved = []
+    for time, told in parts:
+        for _, sent in told:
+            headers = [it.header for it in getattr(sent, "transforms", [sent])]
+            for it in headers:
+                stamp = m.nanoseconds(it.stamp) + seconds * 10**9
+                whole, rest = divmod(stamp, 10**9)
+                it.stamp = message(
+                    "builtin_interfaces/msg/Time", sec=whole, nanosec=rest
+                )
+        moved.append((time + seconds, told))
+    return moved
+
+
+EPOCH = 1_700_000_000
+
+
+def read_quietly(path, **topics):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return ReadBag(path, **topics)
+
+
+def test_times_since_1970_lose_no_digits(tmp_path):
+    parts = [[(100.0, [joined(100.0)])], told_people(), odometry()]
+    read = read_quietly(faulty(tmp_path, *(later(it, EPOCH) for it in parts)))
+    np.testing.assert_allclose(np.diff(read.times), 0.1, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        read.robot[:, 0], 2 * np.sin(0.3 * read.times), atol=1e-12
+    )
+
+
+def test_times_since_1970_are_told_in_full(tmp_path):
+    gap = [*odometry()[:10], *odometry()[60:]]
+    parts = [[(100.0, [joined(100.0)])], told_people(), gap]
+    path = faulty(tmp_path, *(later(it, EPOCH) for it in parts))
+    words = r"no message from 1700000100\.45\d* s to 1700000103 s"
+    with pytest.raises(ValueError, match=words):
+        ReadBag(path)
+
+
+def agents_at(k, frame="map", size=0.3, **fields):
+    row = [0.5 * k / HZ, 1.0, 0.0, 0.5, 0.0, 0.0, size]
+    told = m.agents(100 + k / HZ, [m.agent(row, id=3, **fields)], frame)
+    return 100 + k / HZ, [("/human_states", told)]
+
+
+def test_a_robot_of_hunavsim_is_moved_as_its_people(tmp_path):
+    robot = m.agent([2.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.3], type=m.ROBOT)
+    path = faulty(
+        tmp_path,
+        [(100.0, [joined(100.0, (10.0, 20.0, math.pi / 2))])],
+        [agents_at(k, "odom", name="ana", behavior=1) for k in range(20)],
+        [(100 + k / HZ, [("/robot_states", robot)]) for k in range(20)],
+    )
+    read = read_quietly(path)
+    np.testing.assert_allclose(read.robot[0, :2], [5.0, 22.0])
+    np.testing.assert_allclose(read.humans[0, 0, :2], [9.0, 20.0])
+
+
+def map_at(frame="map", cell=0.05, x=0.0, cells=None):
+    cells = np.zeros((20, 30), np.int8) if cells is None else cells
+    info = message(
+        "nav_msgs/msg/MapMetaData",
+        resolution=cell,
+        width=30,
+        height=20,
+        origin=m.pose(x, 0.0, 0.0),
+    )
+    header, data = m.header(100.0, frame), cells.ravel()
+    kind = "nav_msgs/msg/OccupancyGrid"
+    told = message(kind, header=header, info=info, data=data)
+    return [(100.0, [("/map", told)])]
+
+
+def test_a_map_is_moved_from_its_frame(tmp_path):
+    cells = np.zeros((20, 30), np.int8)
+    cells[5, 7] = 100
+    join = [(100.0, [joined(100.0, (10.0, 20.0, 0.0))])]
+    parts = [join, told_people(), odometry()]
+    for frame, known in (("odom", True), ("elsewhere", False)):
+        path = tmp_path / frame / "n.mcap"
+        write(path, in_order(*parts, map_at(frame, cells=cells)))
+        with pytest.warns(UserWarning, match="the bag has") as caught:
+            read = ReadBag(path)
+        assert read.walls_known == known
+        lacks = "no transforms from its map's frame 'elsewhere'"
+        assert (lacks in str(caught[0].message)) != known
+        if known:
+            low = read.obstacles.segments.reshape(-1, 2).min(axis=0)
+            np.testing.assert_allclose(low, [10.35, 20.25])
+
+
+def test_a_map_without_known_cells_is_none(tmp_path):
+    unknown = map_at(cells=np.full((20, 30), -1, np.int8))
+    path = faulty(tmp_path, JOIN, told_people(), odometry(), unknown)
+    with pytest.warns(UserWarning, match="no known cells on its map"):
+        assert not ReadBag(path).walls_known
+
+
+def changed(parts, number, change):
+    """Returns messages of which one is changed."""
+    ((_, sent),) = parts[number][1]
+    change(sent)
+    return parts
+
+
+def set_pose(value):
+    def change(sent):
+        sent.pose.pose.position.x = value
+
+    return change
+
+
+def test_numbers_out_of_range_are_told_with_their_message(tmp_path):
+    parts = [told_people(), odometry()]
+    at = "the message of topic"
+    large = "which must be finite and at most 1e"
+    far = changed(odometry(), 30, set_pose(math.inf))
+    nobody = changed(odometry(), 30, set_pose(math.nan))
+    lost = [(100.0, [joined(100.0, (math.nan, 0.0, 0.0))])]
+    minus = [agents_at(k, size=-1.0) for k in range(20)]
+    for number, (told, words) in enumerate(
+        [
+            ([JOIN, told_people(), far], f"{at} /odom at 101.5 s has x = inf"),
+            ([JOIN, told_people(), nobody], f"x = nan, {large}"),
+            ([lost, *parts], f"{at} /tf at 100 s has x = nan"),
+            ([JOIN, *parts, map_at(cell=math.nan)], "cells of nan m"),
+            ([JOIN, *parts, map_at(cell=1e30)], r"must be in \(0, 10\] m"),
+            ([JOIN, *parts, map_at(x=math.nan)], f"{at} /map at 100 s has x"),
+            ([JOIN, minus, odometry()], "radius = -1, which must not be neg"),
+        ]
+    ):
+        path = tmp_path / str(number) / "n.mcap"
+        write(path, in_order(*told))
+        with pytest.raises(ValueError, match=words):
+            ReadBag(path)
+
+
+def test_frames_that_cannot_be_joined_are_told(tmp_path):
+    twice = [
+        (
+            100.0 + k,
+            [joined(100.0 + k, child="cam"), ("/tf", m.transforms(other))],
+        )
+        for k in range(3)
+        for other in [m.transform(100.5 + k, "odom", "cam", (1.0, 0.0, 0.0))]
+    ]
+    for number, (parts, words) in enumerate(
+        [
+            ([twice, told_people(frame="cam")], "'cam' has two parents on /tf"),
+            ([told_people(frame="")], r"without a frame \(header.frame_id\)"),
+        ]
+    ):
+        path = tmp_path / str(number) / "n.mcap"
+        write(path, in_order(JOIN, odometry(), *parts))
+        with pytest.raises(ValueError, match=words):
+            ReadBag(path)
+
+
+def lacks_of(path):
+    with pytest.warns(UserWarning, match="the bag has") as caught:
+        ReadBag(path)
+    return str(caught[0].message)
+
+
+def test_transforms_that_come_seldom_are_told(tmp_path):
+    slips = [
+        (100.0 + k, [joined(100.0 + k, (0.1 * k, 0.0, 0.0))]) for k in (0, 1, 4)
+    ]
+    path = faulty(tmp_path, slips, told_people(), odometry())
+    assert "no transforms of the frame 'odom' for up to 3 s" in lacks_of(path)
+
+
+def test_what_is_left_out_of_messages_is_told(tmp_path):
+    doubled = [*told_people(30), *told_people(30)]
+    nameless = told_people(names=("ana", ""))
+    for number, (people, words) in enumerate(
+        [
+            (doubled, "30 messages of /people with the time of the one before"),
+            (nameless, "no names of people, whom their places tell apart"),
+            (
+                [agents_at(k, name="eva") for k in range(20)],
+                "no behaviors of HuNavSim for some people",
+            ),
+        ]
+    ):
+        path = tmp_path / str(number) / "n.mcap"
+        write(path, in_order(JOIN, people, odometry()))
+        assert words in lacks_of(path)
+    assert read_quietly(tmp_path / "1").human_names == ("ana", "person_1")
+
+
+def test_goals_of_others_are_not_the_robots(tmp_path):
+    goals = [
+        (101.0, [(topic, m.pose_stamped(101.0, "map", (1.0, 2.0, 0.0)))])
+        for topic in ("/a/goal_pose", "/b/goal_pose")
+    ]
+    path = faulty(tmp_path, JOIN, told_people(), odometry(), goals)
+    assert "no goal" in lacks_of(path)
+    path = tmp_path / "one" / "n.mcap"
+    write(path, in_order(JOIN, told_people(), odometry(), goals[:1]))
+    assert read_quietly(path).goal == (1.0, 2.0, 0.0)
+
+
+def test_robots_of_one_namespace_have_names(tmp_path):
+    robot = m.agent([2.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.3], type=m.ROBOT)
+    both = [
+        (100 + k / HZ, [("/one", robot), ("/two", robot)]) for k in range(20)
+    ]
+    read = read_quietly(faulty(tmp_path, JOIN, told_people(), both))
+    assert [it.robot_name for it in read.robots] == ["one", "two"]
+
+
+def test_messages_that_lack_a_field_are_told(tmp_path):
+    folder = tmp_path / "b"
+    with rosbag2.Writer(
+        folder, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP
+    ) as bag:
+        connections = {}
+        for time, told in in_order(JOIN, told_people(), odometry()):
+            for topic, sent in told:
+                if topic not in connections:
+                    connections[topic] = bag.add_connection(
+                        topic, sent.__msgtype__, typestore=type_store()
+                    )
+                bag.write(connections[topic], round(time * 1e9), to_cdr(sent))
+    path = folder / "b.mcap"
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b" twist", b" twisd"))
+    with pytest.raises(ValueError, match="/odom at 100 s has no field 'twist'"):
+        ReadBag(path)
+
+
+# What cannot be written.
+
+
+def test_a_scan_has_the_time_at_which_it_was_taken(tmp_path):
+    """Of late and slow lidars, too: its points lie on the walls."""
+    slow = "{type: lidar, num_rays: 30, period: 0.15, delay: 0.2}"
+    scenario = LoadScenario(
+        filename="free_run",
+        overrides=["simulation.duration=4", f"sensors=[{slow}]"],
+    )
+    result = RunTrial(scenario)
+    path = WriteBag(result, tmp_path / "a" / "a.mcap", scenario=scenario)
+    told = result.recording
+    walls = shapely.MultiLineString(
+        list(told.obstacles.segments.reshape(-1, 2, 2))
+    )
+    taken = []
+    with AnyReader([path.parent]) as reader:
+        scans = [it for it in reader.connections if it.topic == "/scan"]
+        for connection, _, data in reader.messages(scans):
+            scan = reader.deserialize(data, connection.msgtype)
+            time = m.nanoseconds(scan.header.stamp) * 1e-9
+            taken.append(time)
+            x, y, yaw = (
+                np.interp(time, told.times, told.robot[:, i]) for i in range(3)
+            )
+            angles = yaw + scan.angle_min + np.arange(30) * scan.angle_increment
+            hits = scan.ranges < scan.range_max
+            points = shapely.points(
+                x + (scan.ranges * np.cos(angles))[hits],
+                y + (scan.ranges * np.sin(angles))[hits],
+            )
+            assert shapely.distance(points, walls).max() < 0.01
+    np.testing.assert_allclose(taken, 0.15 * np.arange(len(taken)), atol=1e-9)
+    assert len(taken) > 20
+
+
+def test_lidars_have_frames_of_their_own():
+    names = ("first", "laser", "rear")
+    sensors = ", ".join(f"{{type: lidar, name: {it}}}" for it in names)
+    scenario = LoadScenario(
+        filename="free_run", overrides=[f"sensors=[{sensors}]"]
+    )
+    told = dict(TrialTopics(MakeTrialDiagram(scenario)).constants())
+    frames = [it.child_frame_id for it in told["/tf_static"].transforms]
+    assert frames == ["laser", "laser_scan", "rear"]
+
+
+def test_names_of_topics_are_those_of_ros():
+    assert ros_name("a b") == ros_name("a__b") == "a_b"
+    assert ros_name("__x") == "r_x"
+    assert ros_name("3") == "r_3"
+    assert ros_name("") == ""
+
+
+def test_recordings_that_messages_cannot_hold_are_told(crossing, tmp_path):
+    told = crossing[1].recording
+    early = dataclasses.replace(told, times=told.times - 1)
+    late = dataclasses.replace(told, times=told.times + 3e9)
+    close = dataclasses.replace(told, times=told.times * 1e-9)
+    odd = dataclasses.replace(told, behavior_status=told.behavior_status + 300)
+    twins = dataclasses.replace(
+        told,
+        robot_name="a b",
+        others=(dataclasses.replace(told, robot_name="a_b"),),
+    )
+    for recording, words in (
+        (early, r"must be in \[0, 2147483648\) s .* got -1 s"),
+        (late, r"must be in \[0, 2147483648\) s"),
+        (close, "at least 1 ns apart"),
+        (odd, r"behavior_status must be in \[0, 255\]"),
+        (twins, "the robots 'a b' and 'a_b' would both be 'a_b'"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            WriteBag(recording, tmp_path / "new" / "a.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_fails_leaves_no_folder(crossing, tmp_path, monkeypatch):
+    def fails(sent):
+        raise OSError("no space left")
+
+    monkeypatch.setattr(write_bag, "to_cdr", fails)
+    with pytest.raises(OSError, match="no space left"):
+        WriteBag(crossing[1], tmp_path / "new" / "a.mcap")
+    assert list(tmp_path.iterdir()) == []
