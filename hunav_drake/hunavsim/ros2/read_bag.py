@@ -1,8 +1,7 @@
 """Reads recordings of people and robots from ROS bags, without ROS."""
 
-from collections import defaultdict, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-import contextlib
 import dataclasses
 import errno
 import math
@@ -14,6 +13,8 @@ import warnings
 import numpy as np
 
 from hunav_drake.hunavsim.agents_keys import BEHAVIOR_NAMES
+from hunav_drake.hunavsim.ros2.bag import Bag, damage_told
+from hunav_drake.hunavsim.ros2.frames import LONGEST_GAP, Frames, moved
 from hunav_drake.runs.tidy_csv import check_speeds, complete
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
@@ -30,7 +31,6 @@ from hunav_drake.systems.evaluation.recording import (
     GOAL_YAW_TOLERANCE,
     Recording,
 )
-from hunav_drake.systems.evaluation.recording_checks import LARGEST
 from hunav_drake.systems.planning.ros2 import messages as m
 from hunav_drake.systems.planning.ros2.message_types import type_store
 from hunav_drake.systems.world.maps.map_file import CellMap, outlines_of
@@ -40,7 +40,6 @@ AGENTS, AGENT = "hunav_msgs/msg/Agents", "hunav_msgs/msg/Agent"
 TRACKED = "spencer_tracking_msgs/msg/TrackedPersons"
 PEOPLE = "people_msgs/msg/People"
 ODOMETRY = "nav_msgs/msg/Odometry"
-TRANSFORMS = "tf2_msgs/msg/TFMessage"
 MAP = "nav_msgs/msg/OccupancyGrid"
 GOAL = "geometry_msgs/msg/PoseStamped"
 
@@ -53,10 +52,6 @@ _BASES = ("base_link", "base_footprint")
 
 # From this occupancy on, in percent, cells of a map are walls.
 _OCCUPIED = 65
-
-# Longer gaps between messages on a robot are not bridged, in seconds. Those
-# between transforms are told.
-_LONGEST_GAP = 1.0
 
 # The largest side of a cell of a map, in meters.
 _LARGEST_CELL = 10.0
@@ -121,107 +116,6 @@ def ReadBag(
     return recording
 
 
-class _Bag:
-    """The messages of a bag.
-
-    Times are in seconds since `zero`, in whole nanoseconds: those since 1970
-    would lose digits. `last` is the place of the message that was read last.
-    """
-
-    def __init__(self, reader: Any) -> None:
-        self._reader = reader
-        self.zero = 0
-        self.last = ""
-        self.types = {it.topic: it.msgtype for it in reader.connections}
-        self._defined = any(it.msgdef.data for it in reader.connections)
-
-    def begin_at(self, topic: str) -> None:
-        """Sets `zero` to the time of the first message of a topic, or of /tf.
-
-        Raises:
-            ValueError: If it is damaged.
-        """
-        topics = [topic] if topic else self.of_type(TRANSFORMS)
-        for _, came, told in self.messages(*topics):
-            header = getattr(told, "header", None)
-            stamp = m.nanoseconds(header.stamp) if header else 0
-            self.zero = stamp or round(came * 1e9)
-            return
-
-    def time(self, header: Any, came: float) -> float:
-        """Returns the time of a message: its stamp, if it has one."""
-        stamp = m.nanoseconds(header.stamp)
-        return (stamp - self.zero) * 1e-9 if stamp else came
-
-    def clock(self, time: float) -> str:
-        """Returns a time as messages have it, in seconds."""
-        seconds, rest = divmod(self.zero + round(time * 1e9), 10**9)
-        return f"{seconds}.{rest:09d}".rstrip("0").rstrip(".")
-
-    def place(self, topic: str, time: float) -> str:
-        """Returns the place of a message in words."""
-        return f"the message of topic {topic} at {self.clock(time)} s"
-
-    def of_type(self, kind: str) -> list[str]:
-        """Returns the topics of a type, in the order of the bag."""
-        return [it for it, told in self.types.items() if told == kind]
-
-    def messages(self, *topics: str) -> Iterator[tuple[str, float, Any]]:
-        """Yields topics, the times when messages came, in s, and these.
-
-        Raises:
-            ValueError: If a message is damaged.
-        """
-        chosen = [it for it in self._reader.connections if it.topic in topics]
-        if not chosen:
-            return
-        found = self._reader.messages(chosen)
-        while True:
-            with _damage_told(f"cannot be read to its end, topics {topics}"):
-                it, nanoseconds, data = next(found, (None, 0, b""))
-            if it is None:
-                return
-            time = (nanoseconds - self.zero) * 1e-9
-            self.last = self.place(it.topic, time)
-            fault = f"{self.last} is damaged"
-            if not self._defined:
-                fault += (
-                    f", or {it.msgtype} has other fields (the bag does not"
-                    " define them; write it as MCAP with `ros2 bag convert`)"
-                )
-            with _damage_told(fault):
-                told = self._reader.deserialize(data, it.msgtype)
-            yield it.topic, time, told
-
-    def check(self, topic: str, time: float, numbers: dict[str, float]) -> None:
-        """Refuses numbers of a message that are not finite, or too large."""
-        for name, number in numbers.items():
-            if not abs(number) <= LARGEST:
-                raise ValueError(
-                    f"{self.place(topic, time)} has {name} = {number:g}, which"
-                    f" must be finite and at most {LARGEST:g} in size; cut the"
-                    " bag there"
-                )
-
-
-@contextlib.contextmanager
-def _damage_told(what: str) -> Iterator[None]:
-    """Turns what is raised while bytes of a bag are read into a ValueError.
-
-    Damaged bytes make rosbags, and the libraries below it, raise anything.
-    """
-    try:
-        yield
-    except ImportError:
-        raise
-    except Exception as error:
-        # (Of a file that cannot be read, it has the name.)
-        if isinstance(error, OSError) and error.filename is not None:
-            raise
-        words = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"{what}: {words:.200}") from error
-
-
 def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
     """Returns the recording of a bag, and what it lacks."""
     store = type_store()
@@ -231,10 +125,10 @@ def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
         raise FileNotFoundError(
             errno.ENOENT, os.strerror(errno.ENOENT), str(path)
         )
-    with _damage_told("is no bag that can be read"):
+    with damage_told("is no bag that can be read"):
         reader = AnyReader([path], default_typestore=store)
         reader.open()
-    bag = _Bag(reader)
+    bag = Bag(reader)
     try:
         return _recording(bag, people, robot)
     except AttributeError as error:
@@ -250,12 +144,12 @@ def _read(path: Path, people: str, robot: str) -> tuple[Recording, list[str]]:
 
 
 def _recording(
-    bag: _Bag, people: str, robot: str
+    bag: Bag, people: str, robot: str
 ) -> tuple[Recording, list[str]]:
     people = _choose(bag, people, _PEOPLE, "people")
     chosen = [robot] if robot else _robots(bag)
     bag.begin_at(people or next(iter(chosen), ""))
-    frames = _Frames(bag)
+    frames = Frames(bag)
     robots = {it: _track(bag, it, frames, people) for it in chosen}
     if not robots:
         robots = {"": _base_track(frames)}
@@ -317,7 +211,7 @@ def _recording(
     return dataclasses.replace(first_robot, others=tuple(others)), missing
 
 
-def _choose(bag: _Bag, given: str, kinds: dict[str, str], what: str) -> str:
+def _choose(bag: Bag, given: str, kinds: dict[str, str], what: str) -> str:
     """Returns the topic of people or of a robot; empty if there is none."""
     if given:
         known = bag.types.get(given)
@@ -343,7 +237,7 @@ def _choose(bag: _Bag, given: str, kinds: dict[str, str], what: str) -> str:
     return ""
 
 
-def _robots(bag: _Bag) -> list[str]:
+def _robots(bag: Bag) -> list[str]:
     """Returns the topics of all robots."""
     agents = bag.of_type(AGENT)
     if len(agents) > 1:
@@ -352,143 +246,8 @@ def _robots(bag: _Bag) -> list[str]:
     return [found] if found else []
 
 
-class _Frames:
-    """The frames of a bag, with their poses over time.
-
-    Attributes:
-        fixed: The frame to which all is moved: "map" if it is known, or else
-            the root of the odometry's frame.
-    """
-
-    def __init__(self, bag: _Bag) -> None:
-        found: dict[str, list[tuple[float, ...]]] = defaultdict(list)
-        self._bag = bag
-        self._parents: dict[str, str] = {}
-        self._others: dict[str, str] = {}
-        self._gaps: dict[str, float] = {}
-        topics = [
-            it
-            for it, kind in bag.types.items()
-            if kind in (TRANSFORMS, "tf/msg/tfMessage")
-        ]
-        for topic, came, told in bag.messages(*topics):
-            for it in told.transforms:
-                child = _plain(it.child_frame_id)
-                parent = _plain(it.header.frame_id)
-                if self._parents.setdefault(child, parent) != parent:
-                    self._others[child] = parent
-                move, turn = it.transform.translation, it.transform.rotation
-                when, yaw = bag.time(it.header, came), m.yaw_of(turn)
-                numbers = {"x": move.x, "y": move.y, "yaw": yaw}
-                bag.check(topic, when, numbers)
-                found[child].append((when, *numbers.values()))
-        self._poses = {
-            child: np.array(sorted(rows)) for child, rows in found.items()
-        }
-        self._moving = {
-            child
-            for child, rows in self._poses.items()
-            if np.ptp(rows, 0)[1:].any()
-        }
-        known = {*self._parents, *self._parents.values()}
-        self.fixed = "map" if "map" in known else ""
-
-    def root(self, frame: str) -> str:
-        """Returns the frame that is above a frame, at the top."""
-        seen = {frame}
-        while frame in self._parents and self._parents[frame] not in seen:
-            frame = self._parents[frame]
-            seen.add(frame)
-        return frame
-
-    def pose(self, frame: str, time: float) -> tuple[float, float, float]:
-        """Returns the pose of a frame in the fixed one, at a time.
-
-        Raises:
-            ValueError: If no transforms join them.
-        """
-        frame = _plain(frame)
-        # Without any frame named, all is in one.
-        self.fixed = self.fixed or self.root(frame)
-        x = y = yaw = 0.0
-        at, steps = frame, 0
-        while at != self.fixed:
-            if not frame:
-                raise ValueError(
-                    "messages without a frame (header.frame_id) cannot be"
-                    f" moved to {self.fixed!r}; name their frame in the bag"
-                )
-            if at not in self._parents or steps > len(self._parents):
-                raise ValueError(
-                    f"no transforms on /tf join the frames {frame!r} and"
-                    f" {self.fixed!r}; record /tf and /tf_static, too"
-                )
-            if at in self._others:
-                raise ValueError(
-                    f"the frame {at!r} has two parents on /tf,"
-                    f" {self._parents[at]!r} and {self._others[at]!r}; leave"
-                    " one out of the bag"
-                )
-            dx, dy, turn = self._local(at, time)
-            c, s = math.cos(turn), math.sin(turn)
-            x, y = dx + c * x - s * y, dy + s * x + c * y
-            yaw += turn
-            at, steps = self._parents[at], steps + 1
-        return x, y, yaw
-
-    def _local(self, frame: str, time: float) -> tuple[float, float, float]:
-        """Returns the pose of a frame in its parent, interpolated."""
-        rows = self._poses[frame]
-        right = int(np.searchsorted(rows[:, 0], time))
-        if right == 0 or right == len(rows):
-            end, x, y, yaw = rows[min(right, len(rows) - 1)].tolist()
-            if frame in self._moving:
-                self._note_gap(frame, abs(time - end))
-            return x, y, yaw
-        a, b = rows[right - 1], rows[right]
-        if (a[1:] != b[1:]).any():
-            self._note_gap(frame, float(b[0] - a[0]))
-        share = (time - a[0]) / (b[0] - a[0]) if b[0] > a[0] else 1.0
-        turn = math.remainder(b[3] - a[3], 2 * math.pi)
-        x, y = (a[1:3] + share * (b[1:3] - a[1:3])).tolist()
-        return x, y, float(a[3] + share * turn)
-
-    def _note_gap(self, frame: str, gap: float) -> None:
-        if gap > max(_LONGEST_GAP, self._gaps.get(frame, 0.0)):
-            self._gaps[frame] = gap
-
-    def gaps(self) -> list[str]:
-        """Returns which frames have no transforms for long, in words."""
-        return [
-            f"no transforms of the frame {frame!r} for up to {gap:.3g} s"
-            for frame, gap in self._gaps.items()
-        ]
-
-    def moves(self, frame: str) -> Array | None:
-        """Returns the times (s) of a frame's poses; None if it is unknown."""
-        poses = self._poses.get(frame)
-        return None if poses is None else poses[:, 0]
-
-
-def _plain(frame: str) -> str:
-    return str(frame).lstrip("/")
-
-
-def _moved(row: list[float], at: tuple[float, float, float]) -> list[float]:
-    """Returns a row in another frame, given the pose of its own frame."""
-    dx, dy, turn = at
-    if dx == dy == turn == 0.0:
-        return row
-    x, y, yaw, vx, vy, omega, radius = row
-    c, s = math.cos(turn), math.sin(turn)
-    return [
-        *(dx + c * x - s * y, dy + s * x + c * y, yaw + turn),
-        *(c * vx - s * vy, s * vx + c * vy, omega, radius),
-    ]
-
-
 def _samples(
-    bag: _Bag, topic: str, frames: _Frames, missing: list[str]
+    bag: Bag, topic: str, frames: Frames, missing: list[str]
 ) -> Iterator[tuple[float, list[Body]]]:
     """Yields the times of messages on people, in s, and the people."""
     read = _READERS[bag.types[topic]]
@@ -513,7 +272,7 @@ def _samples(
             raise ValueError(f"{bag.place(topic, time)} has {twice!r} twice")
         for k, body in enumerate(bodies):
             _check_row(bag, topic, time, body.row)
-            bodies[k] = body._replace(row=_moved(body.row, at))
+            bodies[k] = body._replace(row=moved(body.row, at))
             if not body.name and bag.types[topic] == PEOPLE:
                 lacks["no names of people, whom their places tell apart"] = None
             if not body.behavior:
@@ -527,7 +286,7 @@ def _samples(
         )
 
 
-def _check_row(bag: _Bag, topic: str, time: float, row: list[float]) -> None:
+def _check_row(bag: Bag, topic: str, time: float, row: list[float]) -> None:
     """Refuses a row whose numbers are out of range; NaN is not told."""
     numbers = dict(zip(STATE_FIELDS, row, strict=True))
     known = {it: x for it, x in numbers.items() if it in "xy" or x == x}
@@ -594,7 +353,7 @@ _READERS: dict[str, Callable[[Any], list[Body]]] = {
 
 
 def _track(
-    bag: _Bag, topic: str, frames: _Frames, people: str
+    bag: Bag, topic: str, frames: Frames, people: str
 ) -> tuple[Array, Array]:
     """Returns the times (s) and the rows of a robot.
 
@@ -613,7 +372,7 @@ def _track(
             # (It has no stamp.)
             row = m.row_of(told)
             _check_row(bag, topic, came, row)
-            rows[came] = _moved(row, frames.pose(frame, came))
+            rows[came] = moved(row, frames.pose(frame, came))
             continue
         time = bag.time(told.header, came)
         at, speed = told.pose.pose, told.twist.twist
@@ -625,14 +384,14 @@ def _track(
             *(c * vx - s * vy, s * vx + c * vy, speed.angular.z, math.nan),
         ]
         _check_row(bag, topic, time, row)
-        rows[time] = _moved(row, frames.pose(told.header.frame_id, time))
+        rows[time] = moved(row, frames.pose(told.header.frame_id, time))
     if not rows:
         raise ValueError(f"topic {topic} has no messages")
     times = np.array(sorted(rows))
     return times, np.array([rows[it] for it in times.tolist()])
 
 
-def _base_track(frames: _Frames) -> tuple[Array, Array]:
+def _base_track(frames: Frames) -> tuple[Array, Array]:
     """Returns the times and rows of the robot from transforms alone."""
     for base in _BASES:
         root = frames.root(base)
@@ -652,7 +411,7 @@ def _base_track(frames: _Frames) -> tuple[Array, Array]:
 
 
 def _within(
-    bag: _Bag,
+    bag: Bag,
     samples: Sequence[tuple[float, list[Body]]],
     tracks: dict[str, tuple[Array, Array]],
 ) -> list[tuple[float, list[Body]]]:
@@ -687,10 +446,10 @@ def _robot_names(topics: Iterable[str]) -> list[str]:
     return [it.strip("/") for it in topics]
 
 
-def _at(bag: _Bag, told: Array, rows: Array, times: Array, topic: str) -> Array:
+def _at(bag: Bag, told: Array, rows: Array, times: Array, topic: str) -> Array:
     """Returns the rows of a robot at other times, interpolated."""
     gaps = np.diff(told)
-    for k in np.flatnonzero(gaps > _LONGEST_GAP):
+    for k in np.flatnonzero(gaps > LONGEST_GAP):
         if told[k] < times[-1] and told[k + 1] > times[0]:
             raise ValueError(
                 f"topic {topic} has no message from {bag.clock(told[k])} s to"
@@ -746,7 +505,7 @@ def _ids(facts: dict[Any, Body]) -> tuple[int, ...]:
     return tuple(range(1, len(facts) + 1))
 
 
-def _goals(bag: _Bag, frames: _Frames) -> dict[str, tuple[float, ...]]:
+def _goals(bag: Bag, frames: Frames) -> dict[str, tuple[float, ...]]:
     """Returns the last goal of each robot, by the first part of its topics."""
     topics = [
         it
@@ -761,13 +520,13 @@ def _goals(bag: _Bag, frames: _Frames) -> dict[str, tuple[float, ...]]:
         names = ("x", "y", "yaw")
         bag.check(topic, time, dict(zip(names, row, strict=True)))
         x, y, yaw = frames.pose(told.header.frame_id, time)
-        moved = _moved([*row, 0.0, 0.0, 0.0, 0.0], (x, y, yaw))[:3]
+        goal = moved([*row, 0.0, 0.0, 0.0, 0.0], (x, y, yaw))[:3]
         prefix = topic.removesuffix("/goal_pose")
-        found[prefix.removesuffix("/move_base_simple/goal")] = tuple(moved)
+        found[prefix.removesuffix("/move_base_simple/goal")] = tuple(goal)
     return found
 
 
-def _walls(bag: _Bag, frames: _Frames, missing: list[str]) -> Obstacles | None:
+def _walls(bag: Bag, frames: Frames, missing: list[str]) -> Obstacles | None:
     """Returns the walls of the map; None without a map."""
     known = bag.types.get("/map") == MAP
     last = deque(bag.messages("/map") if known else (), maxlen=1)
@@ -802,7 +561,7 @@ def _walls(bag: _Bag, frames: _Frames, missing: list[str]) -> Obstacles | None:
             " no walls"
         )
         return None
-    x, y, yaw = _moved([x, y, yaw, 0.0, 0.0, 0.0, 0.0], pose)[:3]
+    x, y, yaw = moved([x, y, yaw, 0.0, 0.0, 0.0, 0.0], pose)[:3]
     cells = cells.reshape(info.height, info.width)
     resolution = float(str(np.float32(info.resolution)))
     map_ = CellMap(cells >= _OCCUPIED, cells == 0, resolution, (x, y, yaw))

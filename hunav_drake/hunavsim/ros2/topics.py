@@ -191,62 +191,32 @@ def marker_topic(
             continue
         x, y, yaw, *_ = row.tolist()
         tall, wide = people.heights[i], 2 * float(row[RADIUS])
-        color = _COLORS[_NUMBERS.get(people.behaviors[i], 0)]
-        told += [
-            # Legs, body, head, and the name above.
-            _marker(
-                *(time, "legs", i),
-                at=(x, y, yaw, 0.25 * tall),
-                size=(0.45 * wide, 0.5 * wide, 0.5 * tall),
-                color=_DARK,
-            ),
-            _marker(
-                *(time, "body", i),
-                at=(x, y, yaw, 0.67 * tall),
-                size=(0.5 * wide, 0.85 * wide, 0.34 * tall),
-                color=color,
-            ),
-            _marker(
-                *(time, "head", i),
-                type=BALL,
-                at=(x, y, yaw, 0.92 * tall),
-                size=(0.13 * tall, 0.11 * tall, 0.16 * tall),
-                color=_SKIN,
-            ),
-            _marker(
-                *(time, "name", i),
-                type=TEXT,
-                at=(x, y, 0.0, 1.1 * tall),
-                size=(0.0, 0.0, 0.25),
-                color=_DARK,
-                text=people.names[i],
-            ),
-        ]
+        shirt = _COLORS[_NUMBERS.get(people.behaviors[i], 0)]
+        scale = np.array([wide, wide, tall])
+        for part, (form, height, share, color) in _PARTS.items():
+            at = (x, y, yaw, height * tall)
+            size = (scale * share).tolist()
+            told.append(
+                _marker(time, part, i, at, size, color or shirt, type=form)
+            )
+        told.append(_name(time, i, (x, y, 1.1 * tall), people.names[i]))
     for i, (name, row) in enumerate(robots.items()):
         x, y, yaw, *_ = row.tolist()
         side = 2 * float(row[RADIUS])
+        arrow = (x, y, yaw, 0.42), (0.5 * side, 0.06, 0.06)
         told += [
             _marker(
-                *(time, "robot", i),
-                at=(x, y, yaw, 0.2),
-                size=(side, side, 0.4),
-                color=_ROBOT,
+                *(time, "robot", i, (x, y, yaw, 0.2), (side, side, 0.4)), _ROBOT
             ),
-            _marker(
-                *(time, "heading", i),
-                type=ARROW,
-                at=(x, y, yaw, 0.42),
-                size=(0.5 * side, 0.06, 0.06),
-                color=_DARK,
-                text=name,
-            ),
+            _marker(time, "heading", i, *arrow, _DARK, type=ARROW),
+            _name(time, -1 - i, (x, y, 0.7), name or "robot"),
         ]
     kind = "visualization_msgs/msg/MarkerArray"
     return "/markers", message(kind, markers=told)
 
 
 # Types of markers.
-ARROW, BALL, TEXT = 0, 2, 9
+ARROW, BALL, CYLINDER, TEXT = 0, 2, 3, 9
 
 # By the numbers of behaviors: red, green, blue.
 _COLORS = (
@@ -255,6 +225,25 @@ _COLORS = (
     (0.8, 0.2, 0.2),
 )
 _DARK, _SKIN, _ROBOT = (0.15, 0.17, 0.25), (0.85, 0.68, 0.55), (0.9, 0.9, 0.92)
+
+
+# The parts of a person: type, height of the middle in that of the person, size
+# in width, width and height, and color; None for that of the behavior.
+_PARTS: dict[str, tuple[int, float, Array, Sequence[float] | None]] = {
+    "legs": (CYLINDER, 0.25, np.array([0.45, 0.5, 0.5]), _DARK),
+    "body": (CYLINDER, 0.67, np.array([0.5, 0.85, 0.34]), None),
+    "head": (BALL, 0.92, np.array([0.32, 0.27, 0.16]), _SKIN),
+}
+
+
+def _name(
+    time: float, number: int, at: tuple[float, float, float], name: str
+) -> Any:
+    """Returns a name above somebody, at (x, y, z)."""
+    place, size = (at[0], at[1], 0.0, at[2]), (0.0, 0.0, 0.25)
+    return _marker(
+        time, "name", number, place, size, _DARK, type=TEXT, text=name
+    )
 
 
 def _marker(
@@ -276,7 +265,7 @@ def _marker(
         pose=m.pose(*at),
         scale=m.vector(size[0], size[1], size[2]),
         color=message("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=1.0),
-        **{"type": 3, **more},
+        **{"type": CYLINDER, **more},
     )
 
 
