@@ -170,15 +170,25 @@ class DdsNode:
             BuiltinDataReader,
             BuiltinTopicDcpsPublication,
         )
+        from cyclonedds.core import (
+            InstanceState,
+            ReadCondition,
+            SampleState,
+            ViewState,
+        )
 
         if self._publications is None:
-            self._publications = BuiltinDataReader(
+            reader = BuiltinDataReader(
                 self._participant, BuiltinTopicDcpsPublication
             )
+            # (Without those who are gone.)
+            present = ViewState.Any | SampleState.Any | InstanceState.Alive
+            self._publications = reader, ReadCondition(reader, present)
+        reader, condition = self._publications
         own = {it._participant.guid for it in _nodes} if beyond else set()
         names = {
             it.type_name.replace("::dds_::", "::").replace("::", "/")
-            for it in self._publications.read(10000)
+            for it in reader.read(10000, condition)
             if it.topic_name == f"rt{topic}" and it.participant_key not in own
         }
         return sorted(name.removesuffix("_") for name in names)

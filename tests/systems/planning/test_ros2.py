@@ -1,5 +1,6 @@
 """ROS 2's messages, and DDS, without ROS."""
 
+import gc
 import importlib.util
 import math
 import time
@@ -185,6 +186,18 @@ def test_names_are_those_of_ros():
         return found.get("rt/a/b")
 
     assert wait(find) == "hunav_msgs::msg::dds_::Agents_"
+
+
+@needs_dds
+def test_types_are_those_of_who_publishes_now():
+    node, other = DdsNode(97), DdsNode(97)
+    kind = "geometry_msgs/msg/Twist"
+    other.advertise("/a", kind)
+    assert wait(lambda: node.published_types("/a")) == [kind]
+    assert node.published_types("/a", beyond=True) == []
+    del other
+    gc.collect()
+    assert wait(lambda: not node.published_types("/a"))
 
 
 def test_what_is_missing_is_found_before_a_run(monkeypatch):
