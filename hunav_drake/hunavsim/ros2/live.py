@@ -145,7 +145,10 @@ class _Publisher:
                 node.publish(topic, told, latched=topic in LATCHED)
 
     def __call__(self, context: Context) -> None:
-        for topic, told in self._topics.at(context, commands=False):
+        found = self._topics.at(
+            context, commands=False, wanted=self._node.is_read
+        )
+        for topic, told in found:
             if topic not in self._skip:
                 self._node.publish(topic, told)
         for part, reader in self._goals:

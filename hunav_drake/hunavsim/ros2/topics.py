@@ -4,8 +4,9 @@ Frames are map, odom and base_link; people are in map. Of several robots, each
 has its name before its topics and frames, as in `/anna/odom`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import re
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,15 +116,10 @@ def people_of(recording: Recording) -> People:
     )
 
 
-def body_topics(
-    time: float,
-    people: People,
-    humans: Array,
-    status: Array,
-    robots: Mapping[str, Array],
-    estimates: Mapping[str, Array],
+def people_topics(
+    time: float, people: People, humans: Array, status: Array
 ) -> Iterator[Told]:
-    """Yields the messages on people and robots at a time, in seconds.
+    """Yields the messages on people at a time, in seconds.
 
     Args:
         time: The time.
@@ -131,8 +127,6 @@ def body_topics(
         humans: Shape (n, 7), the rows of the people; those who are not there
             are outside, or rows of NaN.
         status: Shape (n,), what they do: see `BehaviorTree`.
-        robots: The rows of the robots by name; that of a single one is empty.
-        estimates: What they take to be their rows, if that differs.
     """
     here = [
         i
@@ -166,6 +160,20 @@ def body_topics(
     ]
     kind = "people_msgs/msg/People"
     yield "/people", message(kind, header=m.header(time, "map"), people=seen)
+
+
+def robot_topics(
+    time: float,
+    robots: Mapping[str, Array],
+    estimates: Mapping[str, Array] = MappingProxyType({}),
+) -> Iterator[Told]:
+    """Yields the messages on robots at a time, in seconds.
+
+    Args:
+        time: The time.
+        robots: The rows of the robots by name; that of a single one is empty.
+        estimates: What they take to be their rows, if that differs.
+    """
     poses = []
     for name, row in robots.items():
         prefix, frame = frames_of(name)
@@ -349,12 +357,20 @@ class TrialTopics:
                 told = m.pose_stamped(0.0, "map", goal)
                 yield f"{prefix}/goal_pose", told
 
-    def at(self, context: Context, *, commands: bool = True) -> Iterator[Told]:
+    def at(
+        self,
+        context: Context,
+        *,
+        commands: bool = True,
+        wanted: Callable[[str], bool] = lambda topic: True,
+    ) -> Iterator[Told]:
         """Yields the messages of an instant of the trial, its clock last.
 
         Args:
             context: The Context of the trial.
             commands: Whether `/cmd_vel` and `/plan` are told, too.
+            wanted: Whether somebody reads a topic: those on people, which are
+                large, are not made for nobody.
         """
         time = context.get_time()
         humans = self._rows("human_states", context)
@@ -370,10 +386,10 @@ class TrialTopics:
                 port := f"{part.prefix}estimated_robot_state"
             )
         }
-        yield from body_topics(
-            time, self._people, humans, status, robots, estimates
-        )
-        if self._is_due("markers", time):
+        if wanted("/human_states") or wanted("/people"):
+            yield from people_topics(time, self._people, humans, status)
+        yield from robot_topics(time, robots, estimates)
+        if wanted("/markers") and self._is_due("markers", time):
             yield marker_topic(time, self._people, humans, robots)
         for part in self._parts:
             yield from self._costmaps(part, context)

@@ -138,7 +138,8 @@ def _recorded(recording: Recording) -> Iterator[tuple[float, list[Told]]]:
         robots = {it.robot_name: it.robot[k] for it in recording.robots}
         humans = recording.humans[k]
         told = [
-            *topics.body_topics(time, people, humans, status[k], robots, {}),
+            *topics.people_topics(time, people, humans, status[k]),
+            *topics.robot_topics(time, robots),
             topics.marker_topic(time, people, humans, robots),
             ("/clock", m.clock(time)),
         ]

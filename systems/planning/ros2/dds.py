@@ -151,6 +151,10 @@ class DdsNode:
         status = self._writers[topic].get_publication_matched_status()
         return int(status.current_count)
 
+    def is_read(self, topic: str) -> bool:
+        """Returns whether somebody reads a topic, or may begin to."""
+        return topic not in self._writers or self.num_readers(topic) > 0
+
     def num_arrivals(self, *topics: str) -> int:
         """Returns how many readers have come to topics; by default, to all.
 
