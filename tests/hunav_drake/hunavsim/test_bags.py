@@ -114,9 +114,7 @@ def check_bag(scenario, path):
     return Counter(topic for topic, _, _ in written)
 
 
-@pytest.mark.parametrize(
-    "name", fast(ListScenarios(), "passing", "elevator_lobby")
-)
+@pytest.mark.parametrize("name", fast(ListScenarios(), "passing"))
 def test_two_libraries_read_each_message(name, tmp_path):
     scenario = LoadScenario(filename=name, overrides=["simulation.duration=8"])
     topics = check_bag(scenario, tmp_path / "a" / "a.mcap")

@@ -121,6 +121,7 @@ def test_forks_and_files_go_on_as_in_one_process(domain, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_late_answer_changes_nothing(domain):
     alone = LoadScenario(
         filename="crossing",
@@ -135,8 +136,14 @@ def test_a_late_answer_changes_nothing(domain):
     ("fault", "words"),
     [
         ("never", "no command on /cmd_vel within time_limit = 3 s"),
-        ("nonsense", "a command on /cmd_vel is not finite: v = nan"),
-        ("stale", "came for other times, the last for 0 s"),
+        pytest.param(
+            *("nonsense", "a command on /cmd_vel is not finite: v = nan"),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            *("stale", "came for other times, the last for 0 s"),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_faulty_answer_is_a_planner_that_failed(domain, fault, words):
@@ -161,6 +168,7 @@ def test_nobody_who_answers_is_told(domain):
     )
 
 
+@pytest.mark.slow
 def test_the_other_program_may_be_started_anew(domain):
     """Killed after a second of the trial, another one takes over."""
     scenario = LoadScenario(filename="crossing", overrides=SHORT)
@@ -554,6 +562,7 @@ def test_the_command_tells_what_fails(domain, capsys):
     assert "--time-limit does not go with --real-time" in told
 
 
+@pytest.mark.slow
 def test_the_command_drives(domain, capsys, tmp_path):
     options = ["--stamped", "--time-limit", "120", "--out", str(tmp_path)]
     with driven("passing", "planner.type=dwb"):
