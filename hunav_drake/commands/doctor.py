@@ -38,6 +38,7 @@ _EXTRAS = (
     ("film", "av", "hunav render to .mp4"),
     ("gazebo", "trimesh", "meshes of worlds of Gazebo"),
     ("notebook", "jupyterlab", "make notebook"),
+    ("ros", "rosbags", "hunav export and hunav bridge"),
     ("xacro", "xacro", "robots of .xacro files"),
 )
 
