@@ -263,6 +263,7 @@ def AddPlanner(
         time_step=scenario.simulation.time_step,
         lidar=first_lidar(scenario),
         on_error="stop" if part.name else "raise",
+        robot_name=part.name,
     )
     system = planner.AddToBuilder(builder, task, name=f"{part.prefix}planner")
     message = ""

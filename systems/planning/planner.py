@@ -77,6 +77,7 @@ class PlanningTask:
         lidar: The lidar of the planner's scan; None without one.
         on_error: Whether a planner that fails raises a `PlannerError`, or
             stops its robot for good with the status ERROR, while others go on.
+        robot_name: The name of one of several robots; empty for a single one.
     """
 
     limits: RobotLimits
@@ -88,6 +89,7 @@ class PlanningTask:
     time_step: float = 0.05
     lidar: LidarConfig | None = None
     on_error: Literal["raise", "stop"] = "raise"
+    robot_name: str = ""
 
 
 @explain

@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Context
 
-from hunav_drake.hunavsim.ros2.topics import (
-    LATCHED,
-    TrialTopics,
-    frames_of,
-    ros_name,
-)
+from hunav_drake.hunavsim.ros2.topics import LATCHED, TrialTopics, frames_of
 from hunav_drake.scenario.fleet import RobotPart, robot_parts, with_parts
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.plain_errors import ConfigError
@@ -56,7 +51,7 @@ def with_bridge(scenario: Scenario, planner: BridgePlanner) -> Scenario:
             period=own.period,
             sees=own.sees,
             localization=own.localization,
-            namespace=ros_name(part.name),
+            namespace="" if part.name else planner.namespace,
             scan=own.sees.by_lidar or first_lidar(part.scenario) is not None,
         )
         changed = dataclasses.replace(part.scenario, planner=mine)
@@ -82,7 +77,8 @@ def RunBridge(
     Args:
         scenario: The scenario. Its planners are replaced.
         planner: The settings of the bridge; its period, perception,
-            localization, namespace and scan are those of the scenario.
+            localization and scan are those of the scenario, and the namespace
+            is the name of each of several robots.
         tell: Takes lines of text, when the trial falls behind real time or a
             goal cannot be taken; by default, they are written to the standard
             error.
@@ -139,7 +135,7 @@ class _Publisher:
             if planner.scan:
                 self._skip.add(f"{prefix}/scan")
             # (Not those that the planner itself tells.)
-            self._goals.append((part, planner.link().read_goals()))
+            self._goals.append((part, planner.link(part.name).read_goals()))
         for topic, told in self._topics.constants():
             if topic not in self._skip:
                 node.publish(topic, told, latched=topic in LATCHED)

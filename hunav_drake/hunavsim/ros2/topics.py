@@ -5,7 +5,6 @@ has its name before its topics and frames, as in `/anna/odom`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-import re
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -91,7 +90,7 @@ def check_robots(names: Sequence[str]) -> None:
     Raises:
         ValueError: If two do not.
     """
-    _check_differ("robots", names, [ros_name(it) for it in names])
+    _check_differ("robots", names, [m.ros_name(it) for it in names])
 
 
 def _check_differ(
@@ -279,17 +278,8 @@ def _marker(
 
 def frames_of(robot: str) -> tuple[str, str]:
     """Returns the first part of the topics and frames of a robot."""
-    name = ros_name(robot)
+    name = m.ros_name(robot)
     return (f"/{name}", f"{name}/") if name else ("", "")
-
-
-def ros_name(name: str) -> str:
-    """Returns a name with what topics must not have as underscores."""
-    plain = re.sub(r"[^A-Za-z0-9]+", "_", name)
-    if plain[:1].isdigit() or plain[:1] == "_":
-        # (Nor may they have two underscores side by side.)
-        return "r_" + plain.lstrip("_")
-    return plain
 
 
 def map_topic(obstacles: Obstacles) -> Iterator[Told]:
@@ -327,10 +317,10 @@ class TrialTopics:
         check_robots([part.name for part in self._parts])
         for part in self._parts:
             lidars = [name for _, name, _ in scans_of(part.scenario)]
-            scans = [frame_of_scan(f"{ros_name(it)}/scan") for it in lidars]
+            scans = [frame_of_scan(f"{m.ros_name(it)}/scan") for it in lidars]
             _check_differ("lidars", lidars, scans)
         self._lidars = [
-            (part, port, f"{ros_name(name)}/scan".lstrip("/"), sensor)
+            (part, port, f"{m.ros_name(name)}/scan".lstrip("/"), sensor)
             for part in self._parts
             for port, name, sensor in scans_of(part.scenario)
             if diagram.HasOutputPort(part.prefix + port)

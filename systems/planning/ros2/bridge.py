@@ -92,8 +92,8 @@ class BridgePlanner(Planner):
     lockstep, those before the time of the cycle do not count."""
 
     namespace: Annotated[Name, AfterValidator(_namespace)] = ""
-    """First part of the names of topics and frames, as of one of several
-    robots; `/clock` and the frame `map` have none."""
+    """First part of the names of topics and frames; by default, the name of one
+    of several robots. `/clock` and the frame `map` have none."""
 
     scan: StrictBool = False
     """Whether it publishes the scan of the robot's first lidar."""
@@ -136,17 +136,19 @@ class BridgePlanner(Planner):
         """See `Planner`."""
         return None if self.scan else 0
 
-    def link(self) -> "Link":
-        """Returns the topics; all trials of a process share them."""
+    def link(self, robot_name: str) -> "Link":
+        """Returns the topics of a robot; all trials of a process share them."""
         from hunav_drake.systems.planning.ros2.dds import default_domain
+        from hunav_drake.systems.planning.ros2.messages import ros_name
 
         domain = default_domain() if self.domain is None else self.domain
-        return _link(domain, self.network, self.namespace, self.command_type)
+        namespace = self.namespace or ros_name(robot_name)
+        return _link(domain, self.network, namespace, self.command_type)
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:
         """Decides the command of one cycle: see `Planner.plan`."""
         assert isinstance(memory, BridgeMemory)
-        link = self.link()
+        link = self.link(task.robot_name)
         if view.scan is not None:
             link.advertise_scan()
         link.meet(view.time, self.time_limit, answers=self.lockstep)

@@ -6,6 +6,7 @@ quaternions from which `yaw_of` gives the same angle, bit for bit.
 
 from collections.abc import Iterable, Sequence
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,15 @@ from hunav_drake.systems.world.maps.costs import Costmap
 PERSON, ROBOT = 1, 2
 
 _SECOND = 10**9
+
+
+def ros_name(name: str) -> str:
+    """Returns a name with what topics must not have as underscores."""
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", name)
+    if plain[:1].isdigit() or plain[:1] == "_":
+        # (Nor may they have two underscores side by side.)
+        return "r_" + plain.lstrip("_")
+    return plain
 
 
 def stamp(time: float) -> Any:

@@ -25,7 +25,7 @@ from hunav_drake import (
 )
 from hunav_drake.commands.cli import main
 from hunav_drake.hunavsim.ros2 import write_bag
-from hunav_drake.hunavsim.ros2.topics import TrialTopics, ros_name
+from hunav_drake.hunavsim.ros2.topics import TrialTopics
 from hunav_drake.hunavsim.ros2.write_bag import write
 from hunav_drake.systems.planning.ros2 import message, messages as m, type_store
 from hunav_drake.systems.planning.ros2.message_types import from_cdr, to_cdr
@@ -917,10 +917,10 @@ def test_lidars_have_frames_of_their_own():
 
 
 def test_names_of_topics_are_those_of_ros():
-    assert ros_name("a b") == ros_name("a__b") == "a_b"
-    assert ros_name("__x") == "r_x"
-    assert ros_name("3") == "r_3"
-    assert ros_name("") == ""
+    assert m.ros_name("a b") == m.ros_name("a__b") == "a_b"
+    assert m.ros_name("__x") == "r_x"
+    assert m.ros_name("3") == "r_3"
+    assert m.ros_name("") == ""
 
 
 def test_recordings_that_messages_cannot_hold_are_told(crossing, tmp_path):

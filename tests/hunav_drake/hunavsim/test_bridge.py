@@ -533,7 +533,8 @@ def test_a_robot_needs_a_goal():
         RunBridge(scenario)
 
 
-def test_several_robots_have_their_names_before_topics(domain):
+@pytest.mark.parametrize("whole", [True, False], ids=["bridge", "run"])
+def test_several_robots_have_their_names_before_topics(domain, whole):
     scenario = LoadScenario(
         filename="elevator_lobby", overrides=["simulation.duration=2"]
     )
@@ -541,7 +542,13 @@ def test_several_robots_have_their_names_before_topics(domain):
     node = DdsNode()
     kind = "hunav_msgs/msg/Agents"
     readers = {it: node.subscribe(f"/{it}/observation", kind) for it in names}
-    RunBridge(scenario, BridgePlanner(lockstep=False))
+    if whole:
+        RunBridge(scenario, BridgePlanner(lockstep=False))
+    else:
+        # Nor do planners of the scenario share topics.
+        for member in scenario.robots:
+            member.planner = BridgePlanner(lockstep=False)
+        RunTrial(scenario)
     for reader in readers.values():
         told = reader.take()
         # People, and the other robot.
