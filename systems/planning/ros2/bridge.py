@@ -149,6 +149,7 @@ class BridgePlanner(Planner):
         """Decides the command of one cycle: see `Planner.plan`."""
         assert isinstance(memory, BridgeMemory)
         link = self.link(task.robot_name)
+        link.check_robot(view.time, task.robot_name)
         if view.scan is not None:
             link.advertise_scan()
         link.meet(view.time, self.time_limit, answers=self.lockstep)
@@ -213,6 +214,7 @@ class Link:
         )
         self._checked = -math.inf
         self._listened = self._met = False
+        self._asked = (-1.0, "")
 
     def read_goals(self) -> Any:
         """Returns a reader of the goals that others set."""
@@ -249,6 +251,18 @@ class Link:
             # (Until its readers are found, too.)
             time.sleep(0.1)
             self._met = True
+
+    def check_robot(self, now: float, robot_name: str) -> None:
+        """Raises PlannerError if another robot has the topics at this time."""
+        time_asked, other = self._asked
+        if time_asked == now and other != robot_name:
+            raise PlannerError(
+                "bridge",
+                now,
+                f"the robots {other!r} and {robot_name!r} have the same topics;"
+                " give their planners other namespaces",
+            )
+        self._asked = (now, robot_name)
 
     def check_alone(self, now: float) -> None:
         """Raises PlannerError if a trial runs now with the same topics.

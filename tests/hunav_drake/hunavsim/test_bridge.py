@@ -6,6 +6,7 @@ import importlib.util
 import itertools
 import os
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -230,10 +231,11 @@ def test_a_trial_that_falls_behind_real_time_says_so(domain):
 
     planner = BridgePlanner(lockstep=False)
     RunBridge(scenario, planner, tell=told.append, progress=slow)
-    # (Each 5 s at most.)
-    (line,) = told
-    assert "the trial is 0." in line
-    assert "s behind real time" in line
+    # (Each 5 s at most; a slow machine may tell it again.)
+    assert re.fullmatch(
+        r"at [\d.]+ s the trial is [\d.]+ s behind real time", told[0]
+    )
+    assert len(told) < 10
 
 
 def test_without_commands_the_robot_stops(domain):
@@ -531,6 +533,17 @@ def test_a_robot_needs_a_goal():
     scenario = LoadScenario(filename="passing", overrides=["robot.goal=null"])
     with pytest.raises(ValueError, match="has no goal, so its planner"):
         RunBridge(scenario)
+
+
+def test_robots_that_share_topics_are_told(domain):
+    scenario = LoadScenario(
+        filename="elevator_lobby", overrides=["simulation.duration=1"]
+    )
+    for member in scenario.robots:
+        member.planner = BridgePlanner(lockstep=False, namespace="both")
+    result = RunTrial(scenario)
+    assert result.end_reason == "planner_failed"
+    assert "have the same topics; give their planners" in result.end_message
 
 
 @pytest.mark.parametrize("whole", [True, False], ids=["bridge", "run"])
