@@ -209,13 +209,19 @@ def refusals() -> list[Refusal]:
             },
             come_and_go,
         ),
-        Refusal(
-            {
-                "planner.obstacle_layer.source": frozenset({"lidar"}),
-                "planner.sees": frozenset(PERCEPTIONS) - {"lidar"},
-                "sensors": frozenset({"none", *SENSORS}) - {"lidar"},
-            },
-            "needs a lidar (port scan), and there is none",
+        *(
+            Refusal(
+                {
+                    path: frozenset({level}),
+                    "planner.sees": frozenset(PERCEPTIONS) - {"lidar"},
+                    "sensors": frozenset({"none", *SENSORS}) - {"lidar"},
+                },
+                "needs a lidar (port scan), and there is none",
+            )
+            for path, level in (
+                ("planner.obstacle_layer.source", "lidar"),
+                ("planner.scan", "true"),
+            )
         ),
         Refusal(
             {
