@@ -14,7 +14,7 @@ from hunav_drake.commands.errors import (
 )
 from hunav_drake.commands.options import (
     add_import_option,
-    add_scenario_options,
+    add_trial_options,
     load_scenario,
     whole_number,
 )
@@ -86,15 +86,7 @@ def add_who_options(who: argparse.ArgumentParser) -> None:
 
 
 def _add_instant(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "scenario", help="a shipped scenario (see `hunav list`) or a file"
-    )
-    add_scenario_options(parser)
-    parser.add_argument(
-        "--seed",
-        type=whole_number(0),
-        help="the seed, instead of the scenario's",
-    )
+    add_trial_options(parser)
     instant = parser.add_mutually_exclusive_group()
     instant.add_argument(
         "--at",

@@ -47,6 +47,19 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_trial_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the scenario of a trial, with its changes and its seed."""
+    parser.add_argument(
+        "scenario", help="a shipped scenario (see `hunav list`) or a file"
+    )
+    add_scenario_options(parser)
+    parser.add_argument(
+        "--seed",
+        type=whole_number(0),
+        help="the seed, instead of the scenario's",
+    )
+
+
 def add_executor_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options that choose where trials are run."""
     parser.add_argument(

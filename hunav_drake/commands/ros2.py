@@ -14,7 +14,7 @@ from hunav_drake.commands.errors import (
 from hunav_drake.commands.options import (
     add_format_option,
     add_import_option,
-    add_scenario_options,
+    add_trial_options,
     load_scenario,
     tell_doubts,
     whole_number,
@@ -68,15 +68,7 @@ def add_bridge_options(bridge: argparse.ArgumentParser) -> None:
         " over ROS 2's topics. It needs no ROS."
     )
     bridge.set_defaults(function=_bridge)
-    bridge.add_argument(
-        "scenario", help="a shipped scenario (see `hunav list`) or a file"
-    )
-    add_scenario_options(bridge)
-    bridge.add_argument(
-        "--seed",
-        type=whole_number(0),
-        help="the seed, instead of the scenario's",
-    )
+    add_trial_options(bridge)
     bridge.add_argument(
         "--real-time",
         action="store_true",

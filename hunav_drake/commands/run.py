@@ -20,7 +20,7 @@ from hunav_drake.commands.errors import (
 from hunav_drake.commands.options import (
     add_format_option,
     add_import_option,
-    add_scenario_options,
+    add_trial_options,
     load_scenario,
     overlay_names,
     tell_doubts,
@@ -38,15 +38,7 @@ if TYPE_CHECKING:
 def add_run_options(run: argparse.ArgumentParser) -> None:
     """Adds the options of `hunav run`."""
     run.set_defaults(function=_run)
-    run.add_argument(
-        "scenario", help="a shipped scenario (see `hunav list`) or a file"
-    )
-    add_scenario_options(run)
-    run.add_argument(
-        "--seed",
-        type=whole_number(0),
-        help="the seed, instead of the scenario's",
-    )
+    add_trial_options(run)
     run.add_argument(
         "--planner",
         metavar="NAME",

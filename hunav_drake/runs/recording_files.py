@@ -58,19 +58,17 @@ def ReadRecording(
         ImportError: If it is a bag, and rosbags is not installed.
     """
     path = Path(filename)
-    if (people or robot) and not (
-        path.is_dir() or path.suffix in RECORDING_READERS
-    ):
-        raise ValueError(f"{path}: is no bag, and has no topics to choose")
-    if path.is_dir():
-        return RECORDING_READERS[""](path, people, robot)
     suffixes = [suffix.lower() for suffix in path.suffixes]
     packed = suffixes[-1:] == [".gz"]
     kind = "".join(suffixes[-2:-1] if packed else suffixes[-1:])
+    if path.is_dir():
+        return RECORDING_READERS[""](path, people, robot)
+    if kind and kind in RECORDING_READERS and not packed:
+        return RECORDING_READERS[kind](path, people, robot)
+    if people or robot:
+        raise ValueError(f"{path}: is no bag, and has no topics to choose")
     if kind == ".npz" and not packed:
         return Recording.load(path)
-    if kind in RECORDING_READERS and kind and not packed:
-        return RECORDING_READERS[kind](path, people, robot)
     parsers: dict[str, Callable[[str], Recording]] = {
         ".csv": parse_csv,
         **RECORDING_PARSERS,

@@ -216,6 +216,9 @@ def recording_file(folder: Path) -> Path:
     """
     if (folder / RECORDING).exists():
         return folder / RECORDING
+    if (folder / "metadata.yaml").exists():
+        # A bag of ROS 2 is its folder.
+        return folder
     runs = list(find_runs(folder).values())
     if len(runs) == 1 and (runs[0] / RECORDING).exists():
         return runs[0] / RECORDING

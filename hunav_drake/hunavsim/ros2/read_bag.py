@@ -104,7 +104,8 @@ def ReadBag(
     path = Path(filename)
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise ValueError(
-            f"{path}: is no bag of ROS 2: it has no file metadata.yaml"
+            f"{path}: is no bag of ROS 2: it has no file metadata.yaml (of a"
+            " run's folder, name the file recording.npz)"
         )
     try:
         recording, missing = _read(path, people, robot)

@@ -131,6 +131,7 @@ class BridgePlanner(Planner):
                 f" valid: {', '.join(known)}",
             )
 
+    # (A property in place of a class variable.)
     @property
     def scan_size(self) -> int | None:  # type: ignore[override]
         """See `Planner`."""
@@ -186,7 +187,7 @@ class Link:
     """The topics of a bridge. What it holds belongs to the other program."""
 
     def __init__(
-        self, domain: int | None, network: str, namespace: str, kind: str
+        self, domain: int, network: str, namespace: str, kind: str
     ) -> None:
         from hunav_drake.systems.planning.ros2.dds import DdsNode
 

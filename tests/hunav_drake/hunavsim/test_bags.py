@@ -30,6 +30,7 @@ from hunav_drake.hunavsim.ros2.write_bag import write
 from hunav_drake.systems.planning.ros2 import message, messages as m, type_store
 from hunav_drake.systems.planning.ros2.message_types import from_cdr, to_cdr
 from hunav_drake.trial.diagram import MakeTrialDiagram
+from hunav_drake.views.recorded_trial import LoadRecordedTrial
 from tests.choices import fast
 
 CROSSING = ["planner.type=dwb", "sensors=[{type: lidar, name: front}]"]
@@ -173,6 +174,12 @@ def test_a_recording_comes_back(crossing, tmp_path, suffix):
         assert read.goal == told.goal
         for name in ("human_names", "human_ids", "behaviors", "group_ids"):
             assert getattr(read, name) == getattr(told, name)
+
+
+def test_a_folder_of_a_bag_can_be_shown(bag):
+    trial = LoadRecordedTrial(bag.parent)
+    assert trial.recording == ReadBag(bag)
+    assert [it.name for it in trial.humans] == ["ana", "luis", "marta", "pablo"]
 
 
 def test_walls_come_back_as_the_cells_of_the_map(crossing, bag):

@@ -36,7 +36,8 @@ from hunav_drake.trial.diagram import MakeTrialDiagram
 ROOT = Path(__file__).parents[3]
 
 pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("cyclonedds") is None, reason="no cyclonedds"
+    importlib.util.find_spec("cyclonedds") is None,
+    reason="no cyclonedds: it has no wheel for Python 3.14",
 )
 
 _NUMBERS = itertools.count()

@@ -27,7 +27,8 @@ from hunav_drake.systems.sensing import LidarConfig
 from hunav_drake.systems.world.maps.costs import Costmap
 
 needs_dds = pytest.mark.skipif(
-    importlib.util.find_spec("cyclonedds") is None, reason="no cyclonedds"
+    importlib.util.find_spec("cyclonedds") is None,
+    reason="no cyclonedds: it has no wheel for Python 3.14",
 )
 
 angles = st.floats(-math.pi, math.pi).filter(lambda x: x == 0 or abs(x) > 1e-9)
