@@ -33,6 +33,10 @@ Told = tuple[str, Any]
 # Topics whose last message those who come later get, too.
 LATCHED = ("/map", "/tf_static")
 
+# Topics of bags: the tolerances of a goal, in meters and radians, and when one
+# of several robots ended.
+TOLERANCE, END = "/goal_tolerance", "/trial_end"
+
 # Frames that lidars with these names do not take.
 _FRAMES = ("map", "odom", "base_link", "laser")
 
