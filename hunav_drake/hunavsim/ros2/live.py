@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Context
 
-from hunav_drake.hunavsim.ros2.topics import LATCHED, TrialTopics, frames_of
+from hunav_drake.hunavsim.ros2.topics import LATCHED, TrialTopics
 from hunav_drake.scenario.fleet import RobotPart, robot_parts, with_parts
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.plain_errors import ConfigError
@@ -98,7 +98,7 @@ def RunBridge(
     diagram = MakeTrialDiagram(scenario)
     node = DdsNode(planner.domain, planner.network)
     say = tell or (lambda line: print(line, file=sys.stderr))
-    publish = _Publisher(diagram, node, say)
+    publish = _Publisher(diagram, node, say, planner.namespace)
     pace = _Pace(say)
 
     def watch(context: Context) -> bool:
@@ -120,15 +120,19 @@ class _Publisher:
     """Publishes what planners do not, and takes goals."""
 
     def __init__(
-        self, diagram: TrialDiagram, node: DdsNode, tell: Callable[[str], None]
+        self,
+        diagram: TrialDiagram,
+        node: DdsNode,
+        tell: Callable[[str], None],
+        namespace: str,
     ) -> None:
         self._diagram, self._node, self._tell = diagram, node, tell
-        self._topics = TrialTopics(diagram)
+        self._topics = TrialTopics(diagram, namespace)
         self._goals: list[tuple[RobotPart, Reader]] = []
         self._faults: dict[str, str] = {}
         self._skip = {"/clock", "/tf"}
         for part in robot_parts(diagram.scenario):
-            prefix, _ = frames_of(part.name)
+            prefix, _ = self._topics.frames_of(part)
             self._skip |= {prefix + it for it in ("/odom", "/goal_pose")}
             planner = part.scenario.planner
             assert isinstance(planner, BridgePlanner)
@@ -153,7 +157,7 @@ class _Publisher:
 
     def _take_goal(self, context: Context, part: RobotPart, told: Any) -> None:
         """Sets a goal, or tells, once, why it cannot be taken."""
-        prefix, frame = frames_of(part.name)
+        prefix, frame = self._topics.frames_of(part)
         at, where = told.pose, told.header.frame_id.removeprefix("/")
         yaw = m.yaw_of(at.orientation)
         goal = (at.position.x, at.position.y, yaw)

@@ -15,6 +15,7 @@ import numpy as np
 from hunav_drake.hunavsim.agents_keys import BEHAVIOR_NAMES
 from hunav_drake.hunavsim.ros2.bag import Bag, damage_told
 from hunav_drake.hunavsim.ros2.frames import LONGEST_GAP, Frames, moved
+from hunav_drake.hunavsim.ros2.topics import END, TOLERANCE
 from hunav_drake.runs.tidy_csv import check_speeds, complete
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
@@ -42,6 +43,7 @@ PEOPLE = "people_msgs/msg/People"
 ODOMETRY = "nav_msgs/msg/Odometry"
 MAP = "nav_msgs/msg/OccupancyGrid"
 GOAL = "geometry_msgs/msg/PoseStamped"
+NUMBERS, HEADER = "std_msgs/msg/Float64MultiArray", "std_msgs/msg/Header"
 
 # Types that tell of people and of robots, the best first, with the usual topic.
 _PEOPLE = {AGENTS: "/human_states", TRACKED: "", PEOPLE: "/people"}
@@ -178,7 +180,7 @@ def _recording(
     names = _names(facts)
     for i, name in enumerate(names):
         _fill(times, humans[:, i], name, missing)
-    goals = _goals(bag, frames)
+    goals, ends = _goals(bag, frames), _ends(bag)
     walls = _walls(bag, frames, missing)
     shared: dict[str, Any] = {
         "times": times - times[0],
@@ -201,11 +203,11 @@ def _recording(
         goal = goals.get(prefix)
         if goal is None and len(robots) == len(goals) == 1:
             (goal,) = goals.values()
-        more: dict[str, Any] = {"goal": goal, "robot_name": name}
-        if goal is not None:
-            more["goal_yaw_tolerance"] = GOAL_YAW_TOLERANCE
-        elif "no goal" not in missing:
+        more: dict[str, Any] = {"robot_name": name, **(goal or {})}
+        if goal is None and "no goal" not in missing:
             missing.append("no goal")
+        if name and prefix in ends:
+            more["end_time"] = ends[prefix] - times[0]
         made.append(Recording(robot=states, **shared, **more))
     missing += frames.gaps()
     first_robot, *others = made
@@ -506,14 +508,17 @@ def _ids(facts: dict[Any, Body]) -> tuple[int, ...]:
     return tuple(range(1, len(facts) + 1))
 
 
-def _goals(bag: Bag, frames: Frames) -> dict[str, tuple[float, ...]]:
-    """Returns the last goal of each robot, by the first part of its topics."""
+def _goals(bag: Bag, frames: Frames) -> dict[str, dict[str, Any]]:
+    """Returns the last goal of each robot, by the first part of its topics.
+
+    They are fields of `Recording`.
+    """
     topics = [
         it
         for it in bag.of_type(GOAL)
         if it.endswith(("/goal_pose", "/move_base_simple/goal"))
     ]
-    found = {}
+    found: dict[str, dict[str, Any]] = {}
     for topic, came, told in bag.messages(*topics):
         time = bag.time(told.header, came)
         at = told.pose
@@ -523,8 +528,28 @@ def _goals(bag: Bag, frames: Frames) -> dict[str, tuple[float, ...]]:
         x, y, yaw = frames.pose(told.header.frame_id, time)
         goal = moved([*row, 0.0, 0.0, 0.0, 0.0], (x, y, yaw))[:3]
         prefix = topic.removesuffix("/goal_pose")
-        found[prefix.removesuffix("/move_base_simple/goal")] = tuple(goal)
+        found[prefix.removesuffix("/move_base_simple/goal")] = {
+            "goal": tuple(goal),
+            "goal_yaw_tolerance": GOAL_YAW_TOLERANCE,
+        }
+    topics = [it for it in bag.of_type(NUMBERS) if it.endswith(TOLERANCE)]
+    for topic, came, told in bag.messages(*topics):
+        prefix = topic.removesuffix(TOLERANCE)
+        keys = ("goal_tolerance", "goal_yaw_tolerance")
+        if prefix in found and len(told.data) == len(keys):
+            numbers = dict(zip(keys, told.data.tolist(), strict=True))
+            bag.check(topic, came, numbers)
+            found[prefix] |= numbers
     return found
+
+
+def _ends(bag: Bag) -> dict[str, float]:
+    """Returns when robots ended, by the first part of their topics."""
+    topics = [it for it in bag.of_type(HEADER) if it.endswith(END)]
+    return {
+        topic.removesuffix(END): bag.time(told, came)
+        for topic, came, told in bag.messages(*topics)
+    }
 
 
 def _walls(bag: Bag, frames: Frames, missing: list[str]) -> Obstacles | None:

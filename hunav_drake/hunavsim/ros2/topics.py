@@ -33,6 +33,10 @@ Told = tuple[str, Any]
 # Topics whose last message those who come later get, too.
 LATCHED = ("/map", "/tf_static")
 
+# Topics of bags: the tolerances of a goal, in meters and radians, and when one
+# of several robots ended.
+TOLERANCE, END = "/goal_tolerance", "/trial_end"
+
 # Frames that lidars with these names do not take.
 _FRAMES = ("map", "odom", "base_link", "laser")
 
@@ -297,13 +301,19 @@ class TrialTopics:
     It remembers when large messages were told last, so each user has its own.
     """
 
-    def __init__(self, diagram: TrialDiagram) -> None:
+    def __init__(self, diagram: TrialDiagram, namespace: str = "") -> None:
         """Constructs TrialTopics.
+
+        Args:
+            diagram: The trial.
+            namespace: The first part of the topics and frames of a robot
+                without a name.
 
         Raises:
             ValueError: If a number of a person does not fit into messages.
         """
         self._diagram = diagram
+        self._namespace = namespace
         self._parts = robot_parts(with_planner_lidar(diagram.scenario))
         humans = diagram.humans
         facts = describe_people(humans)
@@ -327,13 +337,17 @@ class TrialTopics:
         ]
         self._told: dict[str, Any] = {}
 
+    def frames_of(self, part: RobotPart) -> tuple[str, str]:
+        """Returns the first part of the topics and frames of a robot."""
+        return frames_of(part.name or self._namespace)
+
     def constants(self) -> Iterator[Told]:
         """Yields what does not change: the map, sensors' frames, goals."""
         scenario = self._diagram.scenario
         yield from map_topic(scenario.world.obstacles())
         mounts = []
         for part, _, topic, sensor in self._lidars:
-            _, frame = frames_of(part.name)
+            _, frame = self.frames_of(part)
             parent = f"{frame}base_link" if sensor.mount == "robot" else "map"
             child = frame + frame_of_scan(topic)
             at = (*sensor.pose, sensor.height)
@@ -343,7 +357,7 @@ class TrialTopics:
         for part in self._parts:
             goal = part.scenario.robot.goal
             if goal is not None:
-                prefix, _ = frames_of(part.name)
+                prefix, _ = self.frames_of(part)
                 told = m.pose_stamped(0.0, "map", goal)
                 yield f"{prefix}/goal_pose", told
 
@@ -366,11 +380,13 @@ class TrialTopics:
         humans = self._rows("human_states", context)
         status = self._port("behavior_status").Eval(context)
         robots = {
-            part.name: self._rows(f"{part.prefix}robot_state", context)[0]
+            part.name or self._namespace: self._rows(
+                f"{part.prefix}robot_state", context
+            )[0]
             for part in self._parts
         }
         estimates = {
-            part.name: self._rows(port, context)[0]
+            part.name or self._namespace: self._rows(port, context)[0]
             for part in self._parts
             if self._diagram.HasOutputPort(
                 port := f"{part.prefix}estimated_robot_state"
@@ -386,7 +402,7 @@ class TrialTopics:
             if commands:
                 yield from self._commands(part, context)
         for part, port, topic, sensor in self._lidars:
-            prefix, frame = frames_of(part.name)
+            prefix, frame = self.frames_of(part)
             scan = self._port(part.prefix + port).Eval(context)
             taken = np.array([m.scan_time(time, sensor)])
             if self._is_new(f"{prefix}/{topic}", taken):
@@ -396,7 +412,7 @@ class TrialTopics:
         yield "/clock", m.clock(time)
 
     def _commands(self, part: RobotPart, context: Context) -> Iterator[Told]:
-        prefix, _ = frames_of(part.name)
+        prefix, _ = self.frames_of(part)
         port = self._port(f"{part.prefix}velocity_command")
         v, omega = port.Eval(context).tolist()
         yield f"{prefix}/cmd_vel", m.twist(v, 0.0, omega)
@@ -405,7 +421,7 @@ class TrialTopics:
             yield f"{prefix}/plan", m.path(context.get_time(), way)
 
     def _costmaps(self, part: RobotPart, context: Context) -> Iterator[Told]:
-        prefix, _ = frames_of(part.name)
+        prefix, _ = self.frames_of(part)
         time = context.get_time()
         for name in ("local_costmap", "global_costmap"):
             port = part.prefix + name

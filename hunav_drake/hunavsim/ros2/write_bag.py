@@ -11,17 +11,30 @@ import numpy as np
 from pydrake.systems.framework import Context
 
 from hunav_drake.hunavsim.ros2 import topics
-from hunav_drake.hunavsim.ros2.topics import LATCHED, Told, TrialTopics
+from hunav_drake.hunavsim.ros2.topics import (
+    END,
+    LATCHED,
+    TOLERANCE,
+    Told,
+    TrialTopics,
+)
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.planning.ros2 import messages as m
-from hunav_drake.systems.planning.ros2.message_types import to_cdr, type_store
+from hunav_drake.systems.planning.ros2.message_types import (
+    message,
+    to_cdr,
+    type_store,
+)
 from hunav_drake.trial.diagram import MakeTrialDiagram
 from hunav_drake.trial.result import TrialResult
 from hunav_drake.trial.simulation import RunTrial
 
 # By the ends of their names.
 STORAGES = {".mcap": "MCAP", ".db3": "SQLITE3"}
+
+# Topics of samples without an instant of a trial.
+_STALE = ("/human_states", "/robot_states", "/people", "/clock")
 
 
 def WriteBag(
@@ -33,7 +46,8 @@ def WriteBag(
     """Writes a trial to a bag of ROS 2, of version 9.
 
     It has the topics `/human_states` and `/robot_states` (hunav_msgs),
-    `/people`, `/odom`, `/tf`, `/markers`, `/clock`, `/map` and `/goal_pose`.
+    `/people`, `/odom`, `/tf`, `/markers`, `/clock`, `/map`, `/goal_pose`,
+    `/goal_tolerance` and, of several robots, `/trial_end`.
     With the scenario, the trial is run again, for `/cmd_vel`, `/plan`, `/scan`,
     `/local_costmap/costmap` and `/global_costmap/costmap`, too. Time 0 of the
     trial is time 0 of the bag.
@@ -64,7 +78,7 @@ def WriteBag(
             raise FileExistsError(f"{file} exists; write into a new folder")
     if scenario is None:
         _check(recording)
-        write(path, _recorded(recording))
+        write(path, [*_recorded(recording), *_facts(recording)])
         return path
     found: list[tuple[float, list[Told]]] = []
     diagram = MakeTrialDiagram(scenario)
@@ -82,8 +96,29 @@ def WriteBag(
             "the scenario gives another trial than the run: was the program,"
             " the machine or a file changed? Leave the scenario out"
         )
-    write(path, [(0.0, list(told.constants())), *found])
+    stale = recording.times[recording.times > found[-1][0]]
+    if stale.size:
+        # The last sample is repeated; there is no odometry of these times.
+        for time, sent in _recorded(recording.since(stale[0])):
+            found.append((time, [it for it in sent if it[0].endswith(_STALE)]))
+    constants = 0.0, list(told.constants())
+    write(path, [constants, *found, *_facts(recording)])
     return path
+
+
+def _facts(recording: Recording) -> Iterator[tuple[float, list[Told]]]:
+    """Yields what messages of ROS do not tell of the robots of a recording."""
+    for it in recording.robots:
+        prefix, _ = topics.frames_of(it.robot_name)
+        if it.goal is not None:
+            told = message(
+                "std_msgs/msg/Float64MultiArray",
+                data=np.array([it.goal_tolerance, it.goal_yaw_tolerance]),
+            )
+            yield float(it.times[0]), [(prefix + TOLERANCE, told)]
+        if it.end_time is not None:
+            end = m.header(it.end_time, "")
+            yield it.end_time, [(prefix + END, end)]
 
 
 def _check(recording: Recording) -> None:

@@ -143,7 +143,7 @@ class BridgePlanner(Planner):
         from hunav_drake.systems.planning.ros2.messages import ros_name
 
         domain = default_domain() if self.domain is None else self.domain
-        namespace = self.namespace or ros_name(robot_name)
+        namespace = ros_name(self.namespace or robot_name)
         return _link(domain, self.network, namespace, self.command_type)
 
     def plan(self, task: PlanningTask, view: View, memory: Any) -> Plan:

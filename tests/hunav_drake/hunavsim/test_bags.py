@@ -134,6 +134,7 @@ def test_a_bag_has_all_topics_of_a_trial(bag):
         "/cmd_vel": "geometry_msgs/msg/Twist",
         "/global_costmap/costmap": "nav_msgs/msg/OccupancyGrid",
         "/goal_pose": "geometry_msgs/msg/PoseStamped",
+        "/goal_tolerance": "std_msgs/msg/Float64MultiArray",
         "/human_states": "hunav_msgs/msg/Agents",
         "/local_costmap/costmap": "nav_msgs/msg/OccupancyGrid",
         "/map": "nav_msgs/msg/OccupancyGrid",
@@ -210,6 +211,55 @@ def test_several_robots_come_back(tmp_path):
     for one, two in zip(read.robots, told.robots, strict=True):
         np.testing.assert_array_equal(one.robot, two.robot)
         assert one.goal == pytest.approx(two.goal)
+
+
+def test_goals_count_as_in_the_trial(crossing, tmp_path):
+    told = crossing[1].recording
+    x, y = told.robot[-1, :2].tolist()
+    near = dataclasses.replace(
+        told,
+        goal=(x + 0.4, y, 1.0 + told.robot[-1, 2]),
+        goal_tolerance=0.5,
+        goal_yaw_tolerance=1.5,
+    )
+    read = ReadBag(WriteBag(near, tmp_path / "one" / "a.mcap"))
+    assert (read.goal_tolerance, read.goal_yaw_tolerance) == (0.5, 1.5)
+    assert read.features.at_goal[-1]
+    # Of several robots, each counts until its end.
+    other = dataclasses.replace(near, robot_name="ben", end_time=7.25)
+    several = dataclasses.replace(
+        told, robot_name="anna", goal_tolerance=0.1, others=(other,)
+    )
+    for start in (0.0, 2.0):
+        part = several.since(start)
+        folder = tmp_path / f"from {start:g}"
+        for suffix in (".mcap", ".db3"):
+            read = ReadBag(WriteBag(part, folder / suffix[1:] / f"b{suffix}"))
+            assert [it.goal_tolerance for it in read.robots] == [0.1, 0.5]
+            assert [it.end_time for it in read.robots] == [
+                None,
+                pytest.approx(7.25 - start),
+            ]
+            assert [len(it.until_end()) for it in read.robots] == [
+                len(it.until_end()) for it in part.robots
+            ]
+
+
+@pytest.mark.parametrize("again", [False, True])
+def test_repeated_samples_come_back(tmp_path, again):
+    scenario = LoadScenario(
+        filename="crossing",
+        overrides=["simulation.duration=2", "evaluator.stale_samples=3"],
+    )
+    result = RunTrial(scenario)
+    told = result.recording
+    path = WriteBag(
+        result, tmp_path / "a" / "a.mcap", scenario=scenario if again else None
+    )
+    read = ReadBag(path)
+    assert len(told) == 24
+    np.testing.assert_allclose(read.times, told.times, atol=1e-9)
+    np.testing.assert_array_equal(read.robot, told.robot)
 
 
 def test_people_who_are_not_there_are_not_in_it(tmp_path):

@@ -306,6 +306,33 @@ def test_what_is_published(domain):
     assert (goal.x, goal.y) == scenario.robot.goal[:2]
 
 
+def test_a_namespace_is_before_all_topics_of_the_robot(domain):
+    sensors = "[{type: lidar}, {type: lidar, name: rear}]"
+    scenario = LoadScenario(
+        filename="crossing",
+        overrides=["simulation.duration=1", f"sensors={sensors}"],
+    )
+    node = DdsNode()
+    scan, agent = "sensor_msgs/msg/LaserScan", "hunav_msgs/msg/Agent"
+    first, rear = (
+        node.subscribe(f"/bob/{it}", scan) for it in ("scan", "rear/scan")
+    )
+    robot = node.subscribe("/bob/robot_states", agent)
+    moving = node.subscribe("/tf", "tf2_msgs/msg/TFMessage")
+    fixed = node.subscribe("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
+    RunBridge(scenario, BridgePlanner(lockstep=False, namespace="bob"))
+    assert robot.take()
+    parents = {
+        it.child_frame_id: it.header.frame_id
+        for told in (moving.take()[-1], fixed.take()[-1])
+        for it in told.transforms
+    }
+    for reader in (first, rear):
+        frame = reader.take()[-1].header.frame_id
+        assert parents[frame] == "bob/base_link"
+    assert parents["bob/base_link"] == "bob/odom"
+
+
 def test_a_goal_may_be_changed(domain):
     scenario = LoadScenario(
         filename="crossing", overrides=["simulation.duration=3", "humans=[]"]
