@@ -21,6 +21,11 @@ from hunav_drake.commands.options import (
 )
 from hunav_drake.systems.common.input_error import InputError
 
+_NOT_AGAIN = (
+    "hunav: warning: the run cannot be repeated ({}), so the bag has what the"
+    " recording has: no scans, plans and costmaps"
+)
+
 
 def add_export_options(export: argparse.ArgumentParser) -> None:
     """Adds the options of `hunav export`."""
@@ -108,6 +113,8 @@ def _export(options: argparse.Namespace) -> int:
     from hunav_drake.hunavsim.ros2.write_bag import WriteBag
     from hunav_drake.runs.recording_files import ReadRecording
     from hunav_drake.scenario import LoadScenario, ScenarioError
+    from hunav_drake.scenario.fleet import robot_parts
+    from hunav_drake.systems.planning.ros2.bridge import BridgePlanner
     from hunav_drake.views.recorded_trial import (
         RECORDING,
         SCENARIO,
@@ -135,18 +142,19 @@ def _export(options: argparse.Namespace) -> int:
     if file.name == RECORDING and scenario_file.exists():
         with input_errors(ScenarioError):
             again = LoadScenario(filename=str(scenario_file))
+        planners = [it.scenario.planner for it in robot_parts(again)]
+        if any(isinstance(it, BridgePlanner) for it in planners):
+            # Another program drove it, and would be asked again.
+            print(_NOT_AGAIN.format("another program drove"), file=sys.stderr)
+            again = None
     with input_errors(ImportError, ScenarioError), output_errors(folder):
         try:
             WriteBag(recording, target, scenario=again)
         except ValueError as error:
             if again is None or "another trial" not in str(error):
                 raise InputError(str(error)) from error
-            print(
-                "hunav: warning: the run cannot be repeated (was the program,"
-                " the machine or a file changed?), so the bag has what the"
-                " recording has: no scans, plans and costmaps",
-                file=sys.stderr,
-            )
+            why = "was the program, the machine or a file changed?"
+            print(_NOT_AGAIN.format(why), file=sys.stderr)
             WriteBag(recording, target)
     print(f"Wrote the bag {folder}")
     return DONE
@@ -160,8 +168,8 @@ def _bridge(options: argparse.Namespace) -> int:
     tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
-    from hunav_drake.hunavsim.ros2.live import RunBridge
-    from hunav_drake.runs.result_files import WriteResult
+    from hunav_drake.commands.run import keep_run
+    from hunav_drake.hunavsim.ros2.live import RunBridge, with_bridge
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.systems.planning.ros2.bridge import BridgePlanner
     from hunav_drake.trial.result import FormatMetricsTable
@@ -181,20 +189,19 @@ def _bridge(options: argparse.Namespace) -> int:
         settings["time_limit"] = options.time_limit
     with input_errors(ValueError, ScenarioError, ImportError):
         planner = BridgePlanner(**settings)
+        scenario = with_bridge(scenario, planner)
         result = RunBridge(
             scenario,
             planner,
             tell=lambda line: print(f"hunav: {line}", file=sys.stderr),
         )
-    folder = None
-    if options.out is not None:
-        with output_errors(options.out):
-            folder = WriteResult(result, options.out, format=options.format)
+    # Before printing, which the reader of a pipe may end early.
+    written = [] if options.out is None else keep_run(result, scenario, options)
     failed = result.end_reason == "planner_failed"
     if failed:
         print(f"hunav: {result.end_message}", file=sys.stderr)
     else:
         print(FormatMetricsTable(result, headline_only=True))
-    if folder is not None:
-        print(f"\nWrote the run to {folder}")
+    for line in written:
+        print(line)
     return DONE if result.end_reason == "goal" else FAILED

@@ -177,7 +177,9 @@ def _run(options: argparse.Namespace) -> int:
     # Before printing, which the reader of a pipe may end early.
     written = []
     if options.out is not None:
-        written = _keep(result, scenario, options, meshcat if replay else None)
+        written = keep_run(
+            result, scenario, options, meshcat if replay else None
+        )
     failed = result.end_reason == "planner_failed"
     if failed:
         print(f"hunav: {result.end_message}", file=sys.stderr)
@@ -299,11 +301,11 @@ def _show(
             continue
 
 
-def _keep(
+def keep_run(
     result: "TrialResult",
     scenario: "Scenario",
     options: argparse.Namespace,
-    meshcat: Any,
+    meshcat: Any = None,
 ) -> list[str]:
     """Writes the files of a run, with Meshcat's replay; returns messages."""
     from hunav_drake.report.writing import WriteReport
@@ -311,7 +313,7 @@ def _keep(
     from hunav_drake.runs.settings import setting_text
     from hunav_drake.scenario import SaveScenario
 
-    label = options.label
+    label = getattr(options, "label", None)
     setting = setting_text(options.overrides) if label is None else label
     result = dataclasses.replace(result, setting=setting)
 

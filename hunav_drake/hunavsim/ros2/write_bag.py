@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 import contextlib
+from itertools import chain
 from pathlib import Path
 import shutil
 import tempfile
@@ -78,7 +79,7 @@ def WriteBag(
             raise FileExistsError(f"{file} exists; write into a new folder")
     if scenario is None:
         _check(recording)
-        write(path, [*_recorded(recording), *_facts(recording)])
+        write(path, chain(_recorded(recording), _facts(recording)))
         return path
     found: list[tuple[float, list[Told]]] = []
     diagram = MakeTrialDiagram(scenario)

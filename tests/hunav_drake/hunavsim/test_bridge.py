@@ -22,6 +22,7 @@ from hunav_drake import (
     LoadContext,
     LoadScenario,
     MakeTrialSimulator,
+    ReadBag,
     RunBridge,
     RunTrial,
     SaveContext,
@@ -616,7 +617,13 @@ def test_the_command_drives(domain, capsys, tmp_path):
     with driven("passing", "planner.type=dwb"):
         assert main(["bridge", "passing", *options]) == 0
     assert "Wrote the run to" in capsys.readouterr().out
-    assert (tmp_path / "runs" / "passing_bridge_0" / "recording.npz").exists()
+    run = tmp_path / "runs" / "passing_bridge_0"
+    scenario = LoadScenario(filename=run / "scenario.yaml")
+    assert isinstance(scenario.planner, BridgePlanner)
+    # To export it, the other program is not asked again.
+    assert main(["export", str(run)]) == 0
+    assert "another program drove" in capsys.readouterr().err
+    assert ReadBag(run / "bag").times[-1] == pytest.approx(27.3)
 
 
 # Foxglove.
