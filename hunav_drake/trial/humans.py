@@ -60,6 +60,8 @@ class HumanPorts(NamedTuple):
             None if nobody's tree has social leaves.
         robot_signals: Input of m such rows, one for each robot; it may stay
             unconnected. None without robots or social leaves.
+        crowd: The system that moves people: a `HumanCrowd`, or an `OpenCrowd`
+            where people can come and go.
     """
 
     robot_states: InputPort | None
@@ -72,6 +74,7 @@ class HumanPorts(NamedTuple):
     replay: OutputPort | None = None
     social_signals: OutputPort | None = None
     robot_signals: InputPort | None = None
+    crowd: Any = None
 
 
 class HumanOptions(TypedDict, total=False):
@@ -405,6 +408,7 @@ def AddHumans(
         behavior_status=diagram.GetOutputPort("behavior_status"),
         forces=diagram.GetOutputPort("forces"),
         labels=labels,
+        crowd=diagram.GetSubsystemByName("crowd"),
         **{
             name: diagram.GetOutputPort(name)
             for name in _OPTIONAL_OUTPUTS

@@ -54,6 +54,28 @@ def test_people_walk_around_a_robot_of_ones_own(n):
         assert abs(states[0, 1]) > 0.05
 
 
+def test_the_crowd_inside_can_be_reached():
+    """Its people are put elsewhere in one Context, and not in another."""
+    builder = DiagramBuilder()
+    ports = AddHumans(builder, make_walkers(2), num_robots=0)
+    diagram = builder.Build()
+    one, other = (diagram.CreateDefaultContext() for _ in range(2))
+    inside = ports.crowd.GetMyMutableContextFromRoot(one)
+    states = ports.human_states.Eval(
+        diagram.GetSubsystemByName("humans").GetMyContextFromRoot(one)
+    ).reshape(-1, 7)
+    moved = states.copy()
+    moved[0, :2] = [4.0, 1.0]
+    ports.crowd.SetStates(inside, moved)
+    seen = [
+        ports.crowd.GetOutputPort("human_states").Eval(
+            ports.crowd.GetMyContextFromRoot(it)
+        )[:2]
+        for it in (one, other)
+    ]
+    np.testing.assert_array_equal(seen, [[4.0, 1.0], states[0, :2]])
+
+
 @pytest.mark.parametrize("num_robots", [0, 1, 2])
 def test_any_number_of_robots_will_do(num_robots):
     states, _, _ = run_humans(
