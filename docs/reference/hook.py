@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from api_pages import api_pages
 from command_reference import command_reference
 from error_reference import error_reference
+from gallery import gallery
 from metrics_reference import metrics_reference
 from scenario_reference import scenario_reference
 
@@ -24,6 +25,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "metrics_reference.md": metrics_reference(Path(config.docs_dir)),
         "command_reference.md": command_reference(),
         "error_reference.md": error_reference(),
+        "gallery.md": gallery(Path(config.docs_dir)),
         **api_pages(),
     }
     for name, text in pages.items():
