@@ -40,6 +40,7 @@ def ReadRecording(
       count for accelerations.
 
     - `.mcap`, `.db3`, `.bag`, or a folder: a bag of ROS; see `ReadBag`.
+    - The folder of a run: its `recording.npz`.
 
     `.csv` and `.json` have no walls: `Recording.walls_known` is false.
 
@@ -58,6 +59,8 @@ def ReadRecording(
         ImportError: If it is a bag, and rosbags is not installed.
     """
     path = Path(filename)
+    if (path / "recording.npz").exists():
+        path /= "recording.npz"
     suffixes = [suffix.lower() for suffix in path.suffixes]
     packed = suffixes[-1:] == [".gz"]
     kind = "".join(suffixes[-2:-1] if packed else suffixes[-1:])

@@ -106,8 +106,8 @@ def ReadBag(
     path = Path(filename)
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise ValueError(
-            f"{path}: is no bag of ROS 2: it has no file metadata.yaml (of a"
-            " run's folder, name the file recording.npz)"
+            f"{path}: is no bag of ROS 2, and no run: it has no file"
+            " metadata.yaml or recording.npz; name a folder that has one"
         )
     try:
         recording, missing = _read(path, people, robot)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from hunav_drake import ReadRecording
 from hunav_drake.runs import result_files
 from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_folders import find_pages, find_runs
@@ -109,7 +110,8 @@ def test_files_are_there_and_load(tmp_path):
         "steps_beh_regular.csv",
         "steps_beh_scared.csv",
     }
-    assert Recording.load(folder / "recording.npz") == result.recording
+    for file in (folder, folder / "recording.npz"):
+        assert ReadRecording(file) == result.recording
     steps = pd.read_csv(folder / "steps.csv", index_col="time")
     pd.testing.assert_frame_equal(
         steps, result.steps, rtol=1e-11, check_dtype=False
