@@ -194,6 +194,7 @@ def folder(tmp_path_factory):
     rows = [f"1 {k} {10 * k} 50 160" for k in range(60)]
     (folder / "corridor.txt").write_text("\n".join(rows))
     assert cli.main(["run", "passing", "--out", f"{folder}/results"]) == 0
+    shutil.copytree(folder / "results", folder / "out" / "social_layer")
     (run,) = (folder / "results" / "runs").iterdir()
     shutil.copy(run / "recording.npz", folder / "recording.npz")
     WriteBag(ReadRecording(run / "recording.npz"), folder / "experiment.mcap")
