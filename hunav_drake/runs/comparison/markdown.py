@@ -83,8 +83,8 @@ def to_markdown(result: SuiteResult, command: str) -> str:
         " Numbers are means \N{PLUS-MINUS SIGN} half of the 95 % confidence"
         " interval. Rates have the interval in square brackets. There is no"
         " interval for a single seed, or if all values are equal."
-        f" {_NOTE} Distances are between surfaces. The last column has the first"
-        " digits of the cell's hash, which is in `suite.json`.",
+        f" {_NOTE} Distances are between surfaces. The last column has the"
+        " first digits of the cell's hash, which is in `suite.json`.",
     ]
     for scenario, setting, part in by_place(runs):
         title = ", ".join(word for word in (scenario, setting) if word)
