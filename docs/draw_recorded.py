@@ -2,7 +2,7 @@
 
 python docs/draw_recorded.py zara01.txt
 
-It also prints the table of `recorded_people.md`.
+It also prints the numbers of `calibration.md`.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Draws weights of people at random, and judges them: see `recorded_people.md`.
+"""Draws weights of people at random, and judges them: see `calibration.md`.
 
 python docs/find_weights.py zara01.txt eth.csv students003.txt ... --count 300
 

@@ -287,7 +287,7 @@ def check_camera() -> Iterator[Finding]:
             "camera",
             "note",
             f"cannot draw ({lines[-1]}): no cameras, no films",
-            "install EGL: apt-get install libegl1 libgl1-mesa-dri",
+            "install EGL: apt-get install libegl1 libgl1",
         )
     else:
         yield Finding("camera", "ok", "draws without a display")

@@ -129,6 +129,7 @@ def as_markdown(rows: Iterable[Difference] = DIFFERENCES) -> str:
     for area, title in AREAS.items():
         chosen = [row for row in rows if row.area == area]
         parts.append(f"## {title}\n\n{_table(chosen, undo=area != 'metrics')}")
+    parts.append(_read("differences_end.md").removeprefix("\n"))
     return "\n".join(parts)
 
 

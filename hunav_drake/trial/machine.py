@@ -68,26 +68,26 @@ MACHINE_TRAITS = {
     "system": Trait(platform.system, "The operating system."),
     "c_library": Trait(
         _c_library,
-        "The C library, whose `exp`, `sin`, `pow` and the like Python, Numba"
-        " and others call, with `GLIBC_TUNABLES` where that is set: glibc has"
-        " several of each, and takes one by what the processor can do.",
+        "The C library, with `GLIBC_TUNABLES` if it is set. Its `exp`, `sin`,"
+        " `pow` and the like have several versions, chosen by the processor's"
+        " instruction sets.",
     ),
     "processor": Trait(
         _processor,
         "The processor, and a hash of its instruction sets. The C library and"
-        " Drake choose by them, for instance whether a product is rounded"
-        " before it is added.",
+        " Drake choose code by them, for example with or without fused"
+        " multiply-add.",
     ),
     "numpy_simd": Trait(
         _numpy_simd,
-        "The instruction sets for which NumPy has `exp`, `sin` and the like of"
-        " its own; `NPY_DISABLE_CPU_FEATURES` takes some away.",
+        "The instruction sets that NumPy uses for its own `exp`, `sin` and the"
+        " like; `NPY_DISABLE_CPU_FEATURES` disables some.",
     ),
     "numba_target": Trait(
         _numba_target,
         "The processor for which Numba compiles, and a hash of its instruction"
         " sets and Numba's options. Kernels are compiled without `fastmath`, so"
-        " that no bit should depend on it, but there is no proof."
+        " results should not depend on this trait, but that is not proven."
         " `NUMBA_CPU_NAME` and `NUMBA_CPU_FEATURES` set it.",
     ),
 }

@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 TITLE = "Validation of the motion models"
 
 PREFACE = (
-    "Each case simulates people of a motion model in a plane world, and checks"
-    " whether they walk like people. Cases have the numbers of the RiMEA"
-    " guideline 4.1.1, NIST Technical Note 1822 and ISO 20414:2020; if the"
-    " original needs a building, the case is its form in a plane. Standards"
-    " specify thresholds for RiMEA 1, 5, 10 and 15 and NIST 2.8 and 5.2; the"
-    " others are tolerances of this project. Unless stated otherwise, people"
-    " have a radius of 0.2 m and a desired speed of 1.34 m/s, and the time step"
-    " is 0.05 s. If nobody has left for 20 s, at wide places up to 60 s, the"
-    " remaining people count as never leaving."
+    "Each case simulates people of a motion model on one floor, and checks"
+    " whether they walk like real people. Most cases are those of three"
+    " standards, with their numbers: the RiMEA guideline 4.1.1, NIST Technical"
+    " Note 1822 and ISO 20414:2020. Where the original needs several floors,"
+    " the case is adapted to one. The standards specify thresholds for RiMEA"
+    " 1, 5, 10 and 15 and NIST 2.8 and 5.2; all other thresholds are choices"
+    " of this project. Unless stated otherwise, people have a radius of 0.2 m"
+    " and a desired speed of 1.34 m/s, and the time step is 0.05 s. If nobody"
+    " has left for 20 s (at wide places up to 60 s), the remaining people"
+    " count as never leaving."
 )
 
 SOURCES = (

@@ -36,7 +36,7 @@ class Profile(NamedTuple):
     single: tuple[str, ...] = ()
 
 
-# The weights of people who are like recorded ones: docs/recorded_people.md.
+# The weights of people who are like recorded ones: docs/calibration.md.
 RECORDED = SocialForceParameters(
     social_factor=90.0, lambda_importance=2.2, gamma=0.088, n=12.0, n_prime=18.0
 )

@@ -6,7 +6,6 @@ import pandas as pd
 
 from hunav_drake.runs.comparison.tables import (
     ENDS,
-    NOTE,
     by_place,
     mean_text,
     scores,
@@ -50,6 +49,11 @@ OF_EACH_ROBOT = (
     "robot_on_person_collisions",
 )
 
+_NOTE = (
+    "In brackets: the number of seeds with a value, if not all have one. * Not"
+    " all of these runs arrive, so the mean includes paths that end early."
+)
+
 # The number of digits of a hash that are shown.
 _DIGITS = 12
 
@@ -67,19 +71,20 @@ def to_markdown(result: SuiteResult, command: str) -> str:
     runs = result.runs()
     versions = ", ".join(f"{k} {v}" for k, v in program_versions().items())
     lines = [
-        f"# Results of the suite {suite.name}, version {suite.version}",
+        f"# Results of the suite {suite.name}",
         "",
         f"{suite.description} Made by".strip(),
         "",
         f"    {command}",
         "",
-        f"with {_counts(runs, suite.repetitions)} ({versions})."
+        f"with {_counts(runs, suite.repetitions)} (suite version"
+        f" {suite.version}, {versions})."
         f"{_worlds(result, runs)}"
         " Numbers are means \N{PLUS-MINUS SIGN} half of the 95 % confidence"
         " interval. Rates have the interval in square brackets. There is no"
         " interval for a single seed, or if all values are equal."
-        f" {NOTE} Distances are between surfaces. The last column has the first"
-        " digits of the cell's hash, which is in `suite.json`.",
+        f" {_NOTE} Distances are between surfaces. The last column has the"
+        " first digits of the cell's hash, which is in `suite.json`.",
     ]
     for scenario, setting, part in by_place(runs):
         title = ", ".join(word for word in (scenario, setting) if word)
@@ -98,12 +103,18 @@ def _counts(runs: pd.DataFrame, repetitions: int) -> str:
     if runs.empty:
         return "no run"
     cells = runs.groupby(list(KEYS), sort=False).seed.nunique()
-    least, most = int(cells.min()), int(cells.max())
-    words = str(least) if least == most else f"{least} to {most}"
+    most = int(cells.max())
+    words = _number_of_seeds(runs) or f"{int(cells.min())} to {most}"
     text = f"{words} seed{'s' * (most > 1)} for each cell"
     if repetitions > 1:
         text += f", each {repetitions} times"
     return text
+
+
+def _number_of_seeds(runs: pd.DataFrame) -> int | None:
+    """Returns the number of seeds, if it is the same in all cells."""
+    cells = runs.groupby(list(KEYS), sort=False).seed.nunique()
+    return int(cells.iloc[0]) if cells.nunique() == 1 else None
 
 
 def _worlds(result: SuiteResult, runs: pd.DataFrame) -> str:
@@ -134,8 +145,10 @@ def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
     heads = []
     for name in names:
         unit = unit_text(shown_unit(runs, name))
-        heads.append(f"{name} ({unit})" if unit else name)
+        head = name.replace("_", " ")
+        heads.append(f"{head} ({unit})" if unit else head)
     ends = count_outcomes(runs, ["planner"])
+    usual = _number_of_seeds(result.runs())
     lines = [
         _row(["planner", *heads, ENDS, "cell"]),
         _row(["---", *["---:"] * len(heads), "---", "---"]),
@@ -148,7 +161,9 @@ def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
         values = []
         for name in names:
             described = statistics.loc[(cell.planner, name)]
-            values.append(mean_text(described, name, shown_unit(runs, name)))
+            text = mean_text(described, name, shown_unit(runs, name))
+            # The number of seeds is told above the tables.
+            values.append(text.replace(f" ({usual})", "") if usual else text)
         values.append(outcome_text(ends[ends.planner == cell.planner]))
         lines.append(
             _row([cell.planner, *values, f"`{cell.sha256[:_DIGITS]}`"])

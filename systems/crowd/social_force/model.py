@@ -38,7 +38,7 @@ class SocialForceModel(MotionModel):
     time_gap: Annotated[StrictFloat, within(0, 10, "s")] = 0.62
     """Time gap that people keep to the person ahead, in seconds; 0 is none, as
     in HuNavSim. The default fits measured flows and recorded people:
-    docs/recorded_people.md."""
+    docs/calibration.md."""
 
     speed_matching: Annotated[StrictFloat, within(0, 1)] = 0.54
     """Share of the speed of the person ahead that is added to the speed that
