@@ -50,6 +50,9 @@ OF_ALL_RUNS = (
     "barn_score",
 )
 
+# Times that a run that never arrives does not have.
+TIMES = ("time_to_reach_goal", "makespan")
+
 # Metrics that are smaller if a run ends early.
 _OF_THE_WAY = ("path_length", "cumulative_heading_changes")
 
