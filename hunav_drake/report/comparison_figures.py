@@ -143,6 +143,8 @@ def WriteFigures(
                 for it in comparison_figures(part, metric):
                     words = (str(scenario), metric, it.name)
                     stem = file_name_part("_".join(filter(None, words)))
+                    # (LaTeX takes what is after a dot for a format.)
+                    stem = stem.replace(".", "-")
                     with mpl.rc_context(settings):
                         drawing = drawn(it.size, it.draw)
                         for kind in formats:

@@ -87,6 +87,7 @@ class ManyRuns:
         judgements: The tested relations between planners.
         costs: The computing time of each run, by the index of `runs`: see
             `SuiteResult.costs`.
+        made_by: The suite and the versions, for captions.
     """
 
     runs: pd.DataFrame
@@ -99,6 +100,7 @@ class ManyRuns:
     printed: Callable[[str, str], Printed] = lambda scenario, behavior: {}
     judgements: Sequence[Judgement] = ()
     costs: pd.DataFrame = field(default_factory=pd.DataFrame)
+    made_by: str = ""
 
 
 def WriteRunsPage(

@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
+from hunav_drake.runs.comparison.captions import made_by_text
 from hunav_drake.runs.comparison.paper import printed_values
 from hunav_drake.runs.comparison.relations import Judgement, judge
 from hunav_drake.runs.run_folders import (
@@ -166,6 +167,11 @@ def _many_runs(
         if about
         else ["unfinished"],
         description=about.get("description", ""),
+        made_by=made_by_text(
+            about.get("suite", ""),
+            about.get("version", ""),
+            provenance.get("hunav_drake", ""),
+        ),
         printed=lambda scenario, behavior: printed_values(
             about.get("suite", ""), scenario, behavior
         ),

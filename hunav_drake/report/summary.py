@@ -203,19 +203,21 @@ def _about(runs: pd.DataFrame, metric: str) -> str:
         return _alone(means, what, unit)
     verdicts = {it: _best(part, metric) for it, part in known.items()}
     if len(scenarios) > 1:
-        counts = pd.Series([it for it, _ in verdicts.values() if it])
-        told = [f"{it} in {n}" for it, n in counts.value_counts().items()]
-        rest = len(verdicts) - len(counts)
-        if counts.empty:
+        wins: dict[str, list[str]] = {}
+        for scenario, (best, _) in verdicts.items():
+            wins.setdefault(best, []).append(str(scenario))
+        rest = wins.pop("", [])
+        told = [f"{it} in {listed(places, 4)}" for it, places in wins.items()]
+        if not wins:
             return (
                 f"By the {what}, no planner is better than every other in any"
                 f" of {len(verdicts)} scenarios."
             )
         return (
             f"By the {what}, one planner is better than every other in"
-            f" {len(counts)} of {len(verdicts)}"
-            f" scenario{'s' * (len(verdicts) != 1)}: {listed(told)}"
-            f"{', and none in the others' * bool(rest)}."
+            f" {len(verdicts) - len(rest)} of {len(verdicts)}"
+            f" scenario{'s' * (len(verdicts) != 1)}: {'; '.join(told)}"
+            f"{'; none in the others' * bool(rest)}."
         )
     ((best, reason),) = verdicts.values()
     (table,) = means.values()
