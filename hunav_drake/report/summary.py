@@ -231,7 +231,7 @@ def _about(runs: pd.DataFrame, metric: str) -> str:
         )
     ends = [
         f"{_amount(mean, unit)} ({name})"
-        for name, mean in table["mean"].sort_values().items()
+        for name, mean in table["mean"].sort_values(kind="stable").items()
     ]
     span = f"The mean {what} is {ends[0]}"
     if len(ends) > 1:

@@ -43,7 +43,7 @@ _MOST_DOTS = 200
 # The height of a plot of distributions, in inches.
 _DISTRIBUTION = 1.9
 
-Data = pd.DataFrame | Iterable[TrialResult]
+type Data = pd.DataFrame | Iterable[TrialResult]
 
 
 def plot_comparison(
@@ -78,7 +78,7 @@ def plot_comparison(
     table = table.assign(**{metric: factor * table[metric]})
     statistics[["mean", "low", "high"]] *= factor
     ax = new_axes(ax, comparison_height(len(statistics)))
-    rows = np.arange(len(statistics))
+    rows = range(len(statistics))
     ax.barh(
         rows,
         statistics["mean"].fillna(0.0),
@@ -164,7 +164,7 @@ def plot_differences(
         except ValueError:
             notes[label] = ["no equal seeds"]
             continue
-        notes[label] = ["no pair with values"] if not len(gaps) else []
+        notes[label] = ["no pair has both"] if not len(gaps) else []
         found = found.copy()
         found[["difference", "low", "high"]] *= factor
         sure = found["better"] is not None

@@ -190,7 +190,7 @@ def _captioned(
         return None
     suite = result.suite
     made_by = made_by_text(
-        suite.name, suite.version, program_versions()["hunav_drake"]
+        suite.name, suite.version, str(program_versions()["hunav_drake"])
     )
     about = "; ".join(filter(None, [runs_caption(runs, made_by), of]))
     return replace(table, caption=_noted(about, ["estimate"], table.rows))
