@@ -20,8 +20,9 @@ _COLUMNS = ("estimate", "n", "mean", "interval", "sd", "median", "arrived")
 # first that fits is told.
 _BAG = "is a bag; `hunav evaluate {folder} --out DIR` makes a run of it"
 _OTHERS = {
-    "tried.csv": "has the scenes that `hunav falsify` found, in rank.csv;"
+    "001.npz": "has the scenes that `hunav falsify` found, in rank.csv;"
     " `hunav run {folder}/001.yaml --out DIR` runs one and writes its report",
+    "tried.csv": "has the runs of `hunav falsify`, in tried.csv: none failed",
     "search.json": "has the log of `hunav falsify` or `hunav risk`; the same"
     " command with --out {folder} goes on with it and prints what it found",
     "who.csv": "has who.csv, which `hunav who` wrote; read it with"

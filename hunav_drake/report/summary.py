@@ -217,7 +217,7 @@ def _about(runs: pd.DataFrame, metric: str) -> str:
             f"By the {what}, one planner is better than every other in"
             f" {len(verdicts) - len(rest)} of {len(verdicts)}"
             f" scenario{'s' * (len(verdicts) != 1)}: {'; '.join(told)}"
-            f"{'; none in the others' * bool(rest)}."
+            f"{'; none in the rest' * bool(rest)}."
         )
     ((best, reason),) = verdicts.values()
     (table,) = means.values()

@@ -125,7 +125,8 @@ def test_the_columns_of_the_command_are_those_of_tables():
 @pytest.mark.parametrize(
     ("files", "told"),
     [
-        (["tried.csv", "search.json", "001.yaml"], "`hunav falsify` found"),
+        (["tried.csv", "search.json", "001.npz"], "`hunav falsify` found"),
+        (["tried.csv", "search.json", "rank.csv"], "tried.csv: none failed"),
         (
             ["search.json", "runs.jsonl"],
             "log of `hunav falsify` or `hunav risk",

@@ -144,7 +144,7 @@ def test_scenarios_are_never_averaged():
     _, second, third = runs_summary(runs)
     assert second == (
         "By the time to the goal, one planner is better than every other in 2"
-        " of 3 scenarios: b in hall; a in yard; none in the others."
+        " of 3 scenarios: b in hall; a in yard; none in the rest."
     )
     assert third == (
         "By the least distance to people, no planner is better than every"
