@@ -4,6 +4,7 @@ from .hunavsim.ros2.read_bag import ReadBag as ReadBag
 from .hunavsim.ros2.write_bag import WriteBag as WriteBag
 from .hunavsim.services import AgentServices as AgentServices
 from .report.branches_page import WriteBranchesPage as WriteBranchesPage
+from .report.comparison_figures import WriteFigures as WriteFigures
 from .report.plots import (
     find_approaches as find_approaches,
     plot_behavior_activity as plot_behavior_activity,
@@ -11,7 +12,9 @@ from .report.plots import (
     plot_comparison as plot_comparison,
     plot_costmap as plot_costmap,
     plot_delays as plot_delays,
+    plot_differences as plot_differences,
     plot_distance_to_people as plot_distance_to_people,
+    plot_distribution as plot_distribution,
     plot_forces as plot_forces,
     plot_robot_speed as plot_robot_speed,
     plot_tracks as plot_tracks,

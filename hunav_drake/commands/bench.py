@@ -275,7 +275,6 @@ def _print(
     judgements: "list[Judgement]",
     options: argparse.Namespace,
 ) -> None:
-    from hunav_drake.report.suite_files import suite_json
     from hunav_drake.runs.comparison.relations import tally
     from hunav_drake.runs.comparison.tables import (
         NOTE,
@@ -283,6 +282,7 @@ def _print(
         scenario_tables,
         to_text,
     )
+    from hunav_drake.runs.suite_tables import suite_json
 
     if options.json:
         print(suite_json(result, judgements))

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 import io
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 import warnings
 
 from hunav_drake.report.plots.runs import Runs, recordings, robots_apart
@@ -49,9 +49,6 @@ def make_figure(
         layout: The layout of Matplotlib.
     """
     import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    from hunav_drake.report.plots.style import set_text_sizes
 
     # Text stays text, so the browser chooses fonts for any script. The salt
     # makes equal drawings equal files.
@@ -59,14 +56,28 @@ def make_figure(
     with mpl.rc_context(settings), warnings.catch_warnings():
         # The browser has the glyphs; only their size is unknown here.
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
-        drawing = Figure(figsize=size, layout=layout)
-        ax = drawing.subplots()
-        set_text_sizes(ax)
-        draw(ax)
         stream = io.StringIO()
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        drawing = drawn(size, draw, layout)
         drawing.savefig(stream, format="svg", metadata=nothing)
     return ReportFigure(caption, _inline(stream.getvalue(), name))
+
+
+def drawn(
+    size: tuple[float, float],
+    draw: Callable[[Axes], object],
+    layout: str = "constrained",
+) -> Any:
+    """Returns a figure of Matplotlib: see `make_figure`."""
+    from matplotlib.figure import Figure
+
+    from hunav_drake.report.plots.style import set_text_sizes
+
+    drawing = Figure(figsize=size, layout=layout)
+    ax = drawing.subplots()
+    set_text_sizes(ax)
+    draw(ax)
+    return drawing
 
 
 def run_figures(

@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from hunav_drake.report.comparison_figures import comparison_figures
 from hunav_drake.report.environment import address_of, write_page
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.plots.approaches import NEAR
@@ -32,6 +33,7 @@ from hunav_drake.report.suite_sections import (
     tallies,
     total_cost,
 )
+from hunav_drake.report.summary import main_metrics, runs_summary
 from hunav_drake.report.tables import (
     Cell,
     Table,
@@ -85,6 +87,7 @@ class ManyRuns:
         judgements: The tested relations between planners.
         costs: The computing time of each run, by the index of `runs`: see
             `SuiteResult.costs`.
+        made_by: The suite and the versions, for captions.
     """
 
     runs: pd.DataFrame
@@ -97,6 +100,7 @@ class ManyRuns:
     printed: Callable[[str, str], Printed] = lambda scenario, behavior: {}
     judgements: Sequence[Judgement] = ()
     costs: pd.DataFrame = field(default_factory=pd.DataFrame)
+    made_by: str = ""
 
 
 def WriteRunsPage(
@@ -161,6 +165,7 @@ def WriteRunsPage(
         "runs.html",
         title=title,
         about=_about(many),
+        summary=runs_summary(runs) if len(runs) else [],
         description=many.description,
         replay=None,
         left_out=left_out,
@@ -263,6 +268,13 @@ def _scenario(
             _bars(runs, it, f"{key}-bars{i}")
             for i, it in enumerate(metrics)
             if several and it in drawn
+        ],
+        "compared": [
+            make_figure(f"{key}-{it.name}{i}", it.caption, it.size, it.draw)
+            for i, metric in enumerate(main_metrics(runs))
+            for it in comparison_figures(runs, metric)
+            # (There are bars of each headline metric.)
+            if several and it.name != "means"
         ],
         "not_drawn": [it for it in metrics if it not in drawn],
         "several": several,

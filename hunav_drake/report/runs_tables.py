@@ -17,6 +17,7 @@ from hunav_drake.report.tables import (
     metric_cell,
     number,
 )
+from hunav_drake.runs.independent_runs import comparable
 from hunav_drake.runs.statistics import compare, early_mark, is_rate, summarize
 from hunav_drake.systems.evaluation.metric import LEAST_GAP, base_name
 from hunav_drake.trial.metric_facts import headline_of, unit_of
@@ -173,10 +174,7 @@ def paired_tables(
         comparison, or the tables `key_metrics` and `all_metrics`. Empty for a
         single planner or without seeds.
     """
-    seeded = runs[runs["seed"] != ""]
-    # Several runs of a seed are ambiguous, except for repetitions in a suite,
-    # whose mean counts.
-    seeded = seeded[~seeded.duplicated(_run_keys(runs), keep=False)]
+    seeded = comparable(runs, "contender")
     planners = list(dict.fromkeys(seeded["contender"]))
     metrics = _metrics(runs)
     if len(planners) < 2 or not metrics:

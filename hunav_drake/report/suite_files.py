@@ -1,7 +1,6 @@
-"""Writes the results of a suite: CSV, LaTeX, JSON and an HTML report."""
+"""The page of a suite: from its result, or from its folder."""
 
 from collections.abc import Mapping, Sequence
-import hashlib
 import json
 import math
 from pathlib import Path
@@ -10,29 +9,21 @@ from typing import Any
 import pandas as pd
 
 from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
-from hunav_drake.runs.comparison.latex import PACKAGES, to_latex
+from hunav_drake.runs.comparison.captions import made_by_text
 from hunav_drake.runs.comparison.paper import printed_values
 from hunav_drake.runs.comparison.relations import Judgement, judge
-from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
 from hunav_drake.runs.run_folders import (
     RUNS,
     find_pages,
     recording_path,
     replay_path,
 )
-from hunav_drake.runs.run_row import row_to_json
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.runs.suite_result import SuiteResult
-from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.runs.suite_tables import REPORT, WriteSuiteTables, about_suite
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import facts_of
-from hunav_drake.trial.provenance import MakeProvenance
-
-_FILES = (
-    *("runs.csv", "runs_by_behavior.csv", "summary.csv", "costs.csv"),
-    *("outcomes.csv", "relations.csv", "tables.tex", "report.html"),
-)
 
 
 def WriteSuite(
@@ -40,16 +31,14 @@ def WriteSuite(
     folder: str | Path,
     judgements: Sequence[Judgement] | None = None,
 ) -> Path:
-    """Writes the files of a suite, each atomically.
+    """Writes the files of a suite, each atomically: tables and `report.html`.
 
-    They are `runs.csv`, `runs_by_behavior.csv`, `summary.csv`, `costs.csv`,
-    `outcomes.csv`, `relations.csv`, `tables.tex`, `report.html`, and at the
-    end `suite.json`. Nothing is written if the files exist for the same suite
-    with the same runs and replays.
+    Nothing is written if the files exist for the same suite with the same runs
+    and replays.
 
     Args:
         result: The result of the suite.
-        folder: The folder of the files.
+        folder: The folder of the files: see `WriteSuiteTables`.
         judgements: Its tested relations; by default they are tested here.
 
     Returns:
@@ -58,36 +47,16 @@ def WriteSuite(
     Raises:
         OSError: If a file cannot be written.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     judgements = judge(result) if judgements is None else judgements
-    report, last = folder / "report.html", folder / "suite.json"
-    made_from = _sha256(result, judgements, folder)
-    if _is_written(folder, last, made_from):
-        return report
-    last.unlink(missing_ok=True)
-    summary = result.summary().reset_index()
-    relations = pd.DataFrame([vars(it) for it in judgements])
-    for name, table in (
-        ("runs", result.runs()),
-        ("runs_by_behavior", result.runs(by_behavior=True)),
-        ("summary", summary),
-        ("costs", result.costs()),
-        ("outcomes", result.outcomes()),
-        ("relations", relations),
-    ):
-        _write(folder / f"{name}.csv", table.to_csv(index=False))
-    tables = (*scenario_tables(result), *behavior_tables(result))
-    preamble = (
-        f"% Suite {result.suite.name}, version {result.suite.version},"
-        f" {len(result.rows)} runs; the hashes of its cells are in suite.json."
-        f"\n% In the preamble: \\usepackage{{{','.join(PACKAGES)}}}\n\n"
-    )
-    _write(folder / "tables.tex", preamble + "\n".join(map(to_latex, tables)))
-    WriteRunsPage(
-        suite_runs(result, judgements), report, f"Benchmark {result.suite.name}"
-    )
-    _write(last, suite_json(result, judgements, made_from) + "\n")
+    folder = Path(folder)
+    WriteSuiteTables(result, folder, judgements)
+    report = folder / REPORT
+    if not report.is_file():
+        WriteRunsPage(
+            suite_runs(result, judgements),
+            report,
+            f"Benchmark {result.suite.name}",
+        )
     return report
 
 
@@ -96,7 +65,7 @@ def suite_runs(
 ) -> ManyRuns:
     """Returns the content of the page of a suite."""
     return _many_runs(
-        _about(result),
+        about_suite(result),
         result.folder,
         runs=result.runs(),
         by_behavior=result.runs(by_behavior=True),
@@ -198,87 +167,13 @@ def _many_runs(
         if about
         else ["unfinished"],
         description=about.get("description", ""),
+        made_by=made_by_text(
+            about.get("suite", ""),
+            about.get("version", ""),
+            provenance.get("hunav_drake", ""),
+        ),
         printed=lambda scenario, behavior: printed_values(
             about.get("suite", ""), scenario, behavior
         ),
         **tables,
     )
-
-
-def _sha256(
-    result: SuiteResult, judgements: Sequence[Judgement], folder: Path
-) -> str:
-    """Returns a hash of the content of all files."""
-    replays = sorted(path.name for path in folder.glob("replays/*"))
-    about = (result.suite, result.cells, list(judgements), replays)
-    found = hashlib.sha256(repr(about).encode())
-    for row in result.rows:
-        found.update(row_to_json(row).encode())
-    return found.hexdigest()
-
-
-def _is_written(folder: Path, last: Path, made_from: str) -> bool:
-    """Returns whether all files exist and have this hash."""
-    paths = [*(folder / name for name in _FILES), last]
-    if not all(path.is_file() for path in paths):
-        return False
-    return f'"made_from": "{made_from}"' in last.read_text(errors="replace")
-
-
-def suite_json(
-    result: SuiteResult, judgements: Sequence[Judgement], made_from: str = ""
-) -> str:
-    """Returns suite, cells, statistics and relations as JSON.
-
-    Args:
-        result: The result of the suite.
-        judgements: Its tested relations.
-        made_from: A hash of all of it.
-    """
-    summary = result.summary().reset_index()
-    data = {
-        **_about(result),
-        "made_from": made_from,
-        "outcomes": result.outcomes().to_dict("records"),
-        "summary": summary.to_dict("records"),
-        "relations": [vars(it) for it in judgements],
-        "failures": [
-            {"cell": row.cell, "seed": row.seed, "reason": row.end_message}
-            for row in result.failures
-        ],
-    }
-    return json.dumps(_finite(data), indent=1, ensure_ascii=False)
-
-
-def _about(result: SuiteResult) -> dict[str, Any]:
-    """Returns the data about a suite and its cells."""
-    provenance: dict[str, Any] = {**MakeProvenance(result.suite.name, seed=0)}
-    for key in ("seed", "planner", "scenario_sha256"):
-        provenance.pop(key, None)
-    return {
-        "suite": result.suite.name,
-        "version": result.suite.version,
-        "description": result.suite.description,
-        "code_sha256": result.code_sha256,
-        "cells": [
-            {"name": cell.name, "sha256": cell.sha256, "drawn": cell.drawn}
-            for cell in result.cells
-        ],
-        "provenance": provenance,
-    }
-
-
-def _finite(value: Any) -> Any:
-    """Returns data with null for numbers that JSON does not have."""
-    if isinstance(value, dict):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
-def _write(path: Path, text: str) -> None:
-    with atomic_write(path) as file:
-        file.write(text.encode())

@@ -1,10 +1,11 @@
 """The content of a report on one trial."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 import math
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.plots.activity import (
@@ -17,6 +18,7 @@ from hunav_drake.report.plots.situations import (
     situations_height,
 )
 from hunav_drake.report.plots.style import COLUMN
+from hunav_drake.report.summary import trial_summary
 from hunav_drake.report.tables import (
     Cell,
     MetricRows,
@@ -65,8 +67,13 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
     n = result.recording.num_humans
     time = number(result.end_time)
     people, by_behavior = _people(result), _by_behavior(result)
-    situations = _situations(result.recording) if people else None
-    encounters = _encounters(result.recording) if people else None
+    run = result.recording
+    found = {
+        it.robot_name: find_encounters(run, robot=it.robot_name).people()
+        for it in (run.robots if people else ())
+    }
+    situations = _situations(run) if people else None
+    encounters = _encounters(run, found) if people else None
     message = result.end_message or result.end_reason
     return {
         "about": [
@@ -74,6 +81,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
             "1 person" if n == 1 else f"{n} people",
             f"{time} s",
         ],
+        "summary": trial_summary(result, found),
         "ending": {
             "reason": result.end_reason,
             "time": time,
@@ -242,12 +250,13 @@ def _situations(run: Recording) -> Table:
     return Table(head, groups, numbers=range(1, len(head)))
 
 
-def _encounters(run: Recording) -> Table:
+def _encounters(
+    run: Recording, encounters: Mapping[str, pd.DataFrame]
+) -> Table:
     """Returns how near each person came to each robot, and how long."""
     groups = {}
-    for it in run.robots:
-        found = find_encounters(run, robot=it.robot_name).people()
-        groups[it.robot_name if run.others else ""] = [
+    for robot, found in encounters.items():
+        groups[robot if run.others else ""] = [
             [
                 str(person),
                 number(row["min_gap_exact"], "m"),

@@ -64,6 +64,20 @@ def over_all_seeds(
     return runs.drop(columns="_any")
 
 
+def comparable(runs: pd.DataFrame, on: str) -> pd.DataFrame:
+    """Returns the runs that have a seed, which no other run of theirs has.
+
+    Several runs of a seed are ambiguous, but for repetitions in a suite.
+
+    Args:
+        runs: A row per run, in one scenario.
+        on: The column that distinguishes what is compared.
+    """
+    keys = [on, "seed", *(["repetition"] * ("repetition" in runs))]
+    seeded = runs[(runs["seed"] != "") & runs["seed"].notna()]
+    return seeded[~seeded.duplicated(keys, keep=False)]
+
+
 def draws_nothing(runs: pd.DataFrame) -> pd.Series:
     """Returns whether seeds draw nothing, as far as is known, for each run."""
     if "drawn" not in runs:

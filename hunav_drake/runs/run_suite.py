@@ -19,6 +19,7 @@ from hunav_drake.runs.run_row import LOST, RunRow
 from hunav_drake.runs.run_table import RunTable
 from hunav_drake.runs.suite import Suite
 from hunav_drake.runs.suite_result import SuiteResult
+from hunav_drake.runs.suite_tables import WriteSuiteTables
 from hunav_drake.runs.tasks import (
     Task,
     UnfitWorkerError,
@@ -55,8 +56,10 @@ def RunSuite(
 
     Args:
         suite: The suite: see `LoadSuite`.
-        out: A folder for the results. Runs in it are not repeated. By default
-            the results are only in memory.
+        out: A folder for the results: a line per run as it ends, and at the
+            end the tables of `WriteSuiteTables`; `hunav report` adds the page.
+            Runs in it are not repeated. By default the results are only in
+            memory.
         workers: The number of processes that run trials; by default one for
             each processor. With 1, this process runs them, so a crash of a
             library ends it. With `executor`, the number of trials that it can
@@ -103,7 +106,7 @@ def RunSuite(
             log = stack.enter_context(RunLog(out, fresh=fresh))
             done = _take_done(log, plans, hash_of_all(code))
         if all(plan.is_done for plan in plans):
-            return SuiteResult(suite, cells, _counted(done, plans), out)
+            return _result(suite, plans, done, out)
         window = 2 * workers + 2
         if in_this_process:
             # This process writes each run before it starts the next.
@@ -121,7 +124,18 @@ def RunSuite(
         Driver(executor, plans, log, rows, progress).run(window)
         if log is not None:
             rows = RunTable(log.read(cells, hash_of_all(code)))
-        return SuiteResult(suite, cells, _counted(rows or done, plans), out)
+        return _result(suite, plans, rows or done, out)
+
+
+def _result(
+    suite: Suite, plans: Sequence[CellPlan], rows: RunTable, out: Path | None
+) -> SuiteResult:
+    """Returns the result of all runs, and writes its tables to the folder."""
+    cells = [plan.cell for plan in plans]
+    result = SuiteResult(suite, cells, _counted(rows, plans), out)
+    if out is not None:
+        WriteSuiteTables(result, out)
+    return result
 
 
 def absolute_imports(imports: Sequence[str]) -> tuple[str, ...]:

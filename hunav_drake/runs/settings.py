@@ -8,6 +8,10 @@ import pandas as pd
 # Changes of a scenario that have their own columns in the table of runs.
 _TOLD = ("planner.type", "planner.name", "simulation.seed")
 
+# The columns of texts that identify runs. `pandas.read_csv` reads their empty
+# cells as NaN.
+_NAMES = ("scenario", "planner", "setting", "drawn", "behavior")
+
 # The path before a key of a scenario, as in "planner.speed=0.3". A type keeps
 # it: "robot.type=pmb2".
 _WAY = re.compile(
@@ -42,12 +46,27 @@ def short_settings(settings: Iterable[str]) -> dict[str, str]:
 
 def has_settings(runs: pd.DataFrame) -> bool:
     """Returns whether a run of a table has a setting."""
-    return "setting" in runs and bool((_settings(runs) != "").any())
+    return "setting" in runs and bool((_texts(runs, "setting") != "").any())
 
 
-def _settings(runs: pd.DataFrame) -> pd.Series:
-    # (`pandas.read_csv` reads an empty cell as NaN.)
-    return runs["setting"].fillna("").astype(str)
+def with_names(runs: pd.DataFrame) -> pd.DataFrame:
+    """Returns a table whose missing names of planners, settings ... are empty.
+
+    Args:
+        runs: A row per run, as of `ReadRuns` or of `pandas.read_csv`. It is
+            not changed.
+    """
+    gaps = [name for name in _NAMES if name in runs and runs[name].hasnans]
+    return runs.assign(**{name: _texts(runs, name) for name in gaps})
+
+
+def _texts(runs: pd.DataFrame, name: str) -> pd.Series:
+    """Returns a column as texts; whole numbers have no decimals."""
+    column = runs[name]
+    if pd.api.types.is_float_dtype(column):
+        # Whole numbers beside an empty cell, such as labels.
+        column = column.map("{:g}".format, na_action="ignore")
+    return column.astype(object).where(column.notna(), "").astype(str)
 
 
 def contenders(runs: pd.DataFrame) -> pd.Series:
@@ -59,9 +78,10 @@ def contenders(runs: pd.DataFrame) -> pd.Series:
         runs: A row per run, with the column `planner`; `setting` counts as
             empty where it is missing.
     """
+    planners = _texts(runs, "planner")
     if not has_settings(runs):
-        return runs["planner"].astype(str)
-    pairs = list(zip(runs["planner"], _settings(runs), strict=True))
+        return planners
+    pairs = list(zip(planners, _texts(runs, "setting"), strict=True))
     short = short_settings(dict.fromkeys(setting for _, setting in pairs))
     names: dict[tuple[str, str], str] = {}
     for planner, setting in pairs:

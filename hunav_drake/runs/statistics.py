@@ -1,14 +1,15 @@
 """Statistics over runs, and comparisons of planners.
 
-The tables of runs are those of `ReadRuns`: a row per run, with columns that
-identify it and a column per metric. NaN and infinity are not values: they are
-left out, and `n` is the number of values. Runs that differ only in the column
-`repetition` are not independent: their mean counts once. Nor are runs whose
-seeds draw nothing, according to the column `drawn`: equal ones count once, and
-represent every seed of the runs that they are compared with.
+The tables of runs are those of `ReadRuns`, or their CSV read by pandas, where
+empty names are NaN: a row per run, with columns that identify it and a column
+per metric. In metrics, NaN and infinity are not values: they are left out, and
+`n` is the number of values. Runs that differ only in the column `repetition`
+are not independent: their mean counts once. Nor are runs whose seeds draw
+nothing, according to the column `drawn`: equal ones count once, and represent
+every seed of the runs that they are compared with.
 """
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Iterator
 import math
 from typing import Any
 
@@ -27,7 +28,7 @@ from hunav_drake.runs.intervals import (
     wilson_interval,
     within_bounds,
 )
-from hunav_drake.runs.settings import has_settings
+from hunav_drake.runs.settings import has_settings, with_names
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.evaluation.metric import ABOUT_RUNS, base_name
@@ -48,6 +49,9 @@ OF_ALL_RUNS = (
     "success_weighted_time_length",
     "barn_score",
 )
+
+# Times that a run that never arrives does not have.
+TIMES = ("time_to_reach_goal", "makespan")
 
 # Metrics that are smaller if a run ends early.
 _OF_THE_WAY = ("path_length", "cumulative_heading_changes")
@@ -179,33 +183,46 @@ def compare(
     """
     by, pair = _listed(by), _listed(pair)
     _check_confidence(confidence)
-    names = _metric_columns(runs, [*by, *pair, on], metrics)
-    columns = list(dict.fromkeys([*names, *(r for r in RATES if r in runs)]))
-    for name in filter(is_rate, columns):
-        _check_rate(name, runs)
-    told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
-    one, other = _pairs(told, (a, b), on, [*by, *pair], columns)
-    kinds = one.index.to_frame(index=False)
     rows = {}
-    for kind, part in _groups(kinds, by):
-        xs, ys = (it.iloc[part.index] for it in (one, other))
-        both = None
-        if RATES[0] in columns:
-            both = where_all_arrive([it[RATES[0]] for it in (xs, ys)])
-        for name in names:
-            x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
-            some = both is not None and base_name(name) not in OF_ALL_RUNS
-            if some:
-                x, y = x[both], y[both]
-            row = _describe_pairs(x, y, is_rate(name), confidence)
-            row["pairs"] = "both arrive" if some else "all"
-            better = _better(direction_of(runs, name), row)
-            rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
+    for kind, name, x, y, some in _values(runs, (a, b), on, pair, by, metrics):
+        row = _describe_pairs(x, y, is_rate(name), confidence)
+        row["pairs"] = "both arrive" if some else "all"
+        better = _better(direction_of(runs, name), row)
+        rows[(*kind, name)] = row | {"better": {"a": a, "b": b}.get(better)}
     table = _table(runs, rows, [*by, "metric"])
     # pandas would make NaN of None among texts.
     verdicts = [row["better"] for row in rows.values()]
     table["better"] = pd.Series(verdicts, table.index, dtype=object)
     return table
+
+
+def differences(
+    runs: pd.DataFrame,
+    a: Hashable,
+    b: Hashable,
+    metric: str,
+    *,
+    on: str = "planner",
+    pair: Names = ("seed",),
+) -> Array:
+    """Returns b - a of each pair that `compare` compares, in any scenario.
+
+    Args:
+        runs: A row per run.
+        a: The value of the first planner in the column `on`.
+        b: The value of the second planner.
+        metric: A column of the table.
+        on: The column that distinguishes the two.
+        pair: The columns that are equal in the runs of a pair.
+
+    Returns:
+        Shape (pairs,), in the unit of the metric; rounding errors are 0.
+
+    Raises:
+        ValueError: See `compare`.
+    """
+    found = _values(runs, (a, b), on, _listed(pair), ["scenario"], metric)
+    return np.concatenate([_gaps(x, y) for _, _, x, y, _ in found])
 
 
 def early_mark(metric: str, described: pd.Series) -> str:
@@ -232,13 +249,50 @@ def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
 
 
 def _bare(runs: pd.DataFrame) -> pd.DataFrame:
-    """Returns a table without `attrs`, which pandas would copy each time."""
-    return pd.DataFrame(runs)
+    """Returns a table with all names, and without `attrs`.
+
+    (pandas would copy these each time.)
+    """
+    return with_names(pd.DataFrame(runs))
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:
     """Returns the values of some columns, and the rows of each."""
     return table.groupby(by, sort=False, dropna=False) if by else [((), table)]
+
+
+def _values(
+    runs: pd.DataFrame,
+    sides: tuple[Hashable, Hashable],
+    on: str,
+    pair: list[str],
+    by: list[str],
+    metrics: Names | None,
+) -> Iterator[tuple[Any, str, Array, Array, bool]]:
+    """Yields the values of two planners that are compared, in pairs.
+
+    Yields:
+        The kind of runs, the metric, the values of both sides, and whether
+        they are those of pairs in which both arrive.
+    """
+    names = _metric_columns(runs, [*by, *pair, on], metrics)
+    columns = list(dict.fromkeys([*names, *(r for r in RATES if r in runs)]))
+    for name in filter(is_rate, columns):
+        _check_rate(name, runs)
+    told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
+    one, other = _pairs(told, sides, on, [*by, *pair], columns)
+    kinds = one.index.to_frame(index=False)
+    for kind, part in _groups(kinds, by):
+        xs, ys = (it.iloc[part.index] for it in (one, other))
+        both = None
+        if RATES[0] in columns:
+            both = where_all_arrive([it[RATES[0]] for it in (xs, ys)])
+        for name in names:
+            x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
+            if both is not None and base_name(name) not in OF_ALL_RUNS:
+                yield kind, name, x[both], y[both], True
+            else:
+                yield kind, name, x, y, False
 
 
 def _pairs(
@@ -285,9 +339,9 @@ def _describe_pairs(
     x: Array, y: Array, is_rate: bool, confidence: float
 ) -> dict[str, Any]:
     """Returns the statistics of a metric over pairs of runs."""
+    gaps = _gaps(x, y)
     both = np.isfinite(x) & np.isfinite(y)
     x, y = x[both], y[both]
-    gaps = np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
     if is_rate:
         low, high = paired_rate_interval(x, y, confidence)
     else:
@@ -302,6 +356,13 @@ def _describe_pairs(
         "low": low,
         "high": high,
     }
+
+
+def _gaps(x: Array, y: Array) -> Array:
+    """Returns y - x of all pairs of finite numbers; rounding errors are 0."""
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y = x[both], y[both]
+    return np.where(np.isclose(x, y, ROUNDING, ROUNDING), 0.0, y - x)
 
 
 def _better(direction: str, row: dict[str, Any]) -> str:

@@ -12,7 +12,11 @@ distinguish.
 from hunav_drake.report.plots.activity import plot_behavior_activity
 from hunav_drake.report.plots.approaches import Approach, find_approaches
 from hunav_drake.report.plots.branches import plot_branches, plot_delays
-from hunav_drake.report.plots.comparison import plot_comparison
+from hunav_drake.report.plots.comparison import (
+    plot_comparison,
+    plot_differences,
+    plot_distribution,
+)
 from hunav_drake.report.plots.costmaps import plot_costmap
 from hunav_drake.report.plots.forces import plot_forces
 from hunav_drake.report.plots.series import (
@@ -31,7 +35,9 @@ __all__ = [
     "plot_comparison",
     "plot_costmap",
     "plot_delays",
+    "plot_differences",
     "plot_distance_to_people",
+    "plot_distribution",
     "plot_forces",
     "plot_robot_speed",
     "plot_tracks",

@@ -36,14 +36,16 @@ def to_latex(table: Table) -> str:
     """
     columns = "l" + "r" * (len(table.header) - 2) + "l"
     head = " & ".join(map(escaped, table.header))
+    caption = table.caption or f"{table.title}. {NOTE}"
     rows = [" & ".join(map(_cell, row)) + r" \\" for row in table.rows]
     return "\n".join(
         [
             r"\begin{table*}",
             r"\centering\footnotesize\setlength{\tabcolsep}{3pt}",
-            rf"\caption{{{escaped(f'{table.title}. {NOTE}')}}}",
+            rf"\caption{{{escaped(caption)}}}",
             rf"\sbox0{{\begin{{tabular}}{{{columns}}}",
             r"\toprule",
+            *_groups(table),
             head + r" \\",
             r"\midrule",
             *rows,
@@ -55,6 +57,18 @@ def to_latex(table: Table) -> str:
             "",
         ]
     )
+
+
+def _groups(table: Table) -> list[str]:
+    """Returns the line of names above columns, with rules below them."""
+    if not table.groups:
+        return []
+    cells, rules, first = [], [], 2
+    for name, count in table.groups:
+        cells.append(rf"\multicolumn{{{count}}}{{c}}{{{escaped(name)}}}")
+        rules.append(rf"\cmidrule(lr){{{first}-{first + count - 1}}}")
+        first += count
+    return [f" & {' & '.join(cells)} & " + r"\\", "".join(rules)]
 
 
 def escaped(text: str) -> str:

@@ -1,32 +1,48 @@
 """Tables of a suite, planners side by side, and as text."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import pandas as pd
 
+from hunav_drake.runs.comparison.captions import made_by_text, runs_caption
 from hunav_drake.runs.comparison.paper import (
     METRICS,
     PUBLISHED_BY_BEHAVIOR,
     printed_values,
 )
 from hunav_drake.runs.outcomes import count_outcomes, outcome_text
+from hunav_drake.runs.settings import contenders, with_names
 from hunav_drake.runs.statistics import early_mark, is_rate, summarize
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.systems.evaluation.metric import DERIVED_FAMILIES, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS as KNOWN
 from hunav_drake.trial.metric_facts import family_of, unit_of
+from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.quantity_text import ROUNDING, number_text, unit_text
 
 # The metrics in the tables of a suite: those of the paper.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
 
 # The legend of a cell.
-NOTE = (
-    "In brackets: n, the number of seeds. * Not all of these runs arrive, so"
-    " the mean includes paths that end early."
+_EARLY = (
+    "* Not all of these runs arrive, so the mean includes paths that end early."
 )
+NOTE = f"In brackets: n, the number of seeds. {_EARLY}"
+
+# What the columns of a table of chosen metrics may be, and mean.
+COLUMNS = {
+    "estimate": "The numbers are means \N{PLUS-MINUS SIGN} half of their 95 %"
+    " confidence intervals; rates have their interval. In brackets: the number"
+    " of seeds with a value.",
+    "n": "n is the number of seeds with a value.",
+    "mean": "",
+    "interval": "The interval is the 95 % confidence interval of the mean.",
+    "sd": "sd is the standard deviation over seeds.",
+    "median": "",
+    "arrived": "arrived tells how many of the n reach the goal.",
+}
 
 # The row of end reasons.
 ENDS = "ends"
@@ -42,11 +58,16 @@ class Table:
         title: The title.
         header: The names of the columns.
         rows: The cells; the first is the name of the row.
+        caption: The caption of the table in a paper; empty for title and note.
+        groups: Names above the columns between first and last, each with the
+            number of its columns.
     """
 
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    caption: str = ""
+    groups: tuple[tuple[str, int], ...] = ()
 
 
 def by_place(runs: pd.DataFrame) -> Iterator[tuple[str, str, pd.DataFrame]]:
@@ -69,8 +90,78 @@ def scenario_tables(result: SuiteResult) -> list[Table]:
         published = printed_values(result.suite.name, scenario)
         title = " ".join(filter(None, (scenario, setting)))
         names = (*PAPER_METRICS, *scores(runs))
-        tables.append(_table(title, runs, names, published))
+        table = _table(title, runs, names, published)
+        tables.append(_captioned(table, result, runs))
     return [table for table in tables if table]
+
+
+def chosen_tables(
+    runs: pd.DataFrame,
+    metrics: Sequence[str],
+    columns: Sequence[str] = ("estimate",),
+    made_by: str = "",
+) -> list[Table]:
+    """Returns a table of chosen metrics for each scenario.
+
+    A row is a metric; each planner, with its setting, has all columns.
+
+    Args:
+        runs: A row per run: see `ReadRuns`.
+        metrics: Columns of `runs`.
+        columns: Keys of `COLUMNS`.
+        made_by: The suite and the versions, for the captions.
+
+    Raises:
+        ValueError: If the table has no such column.
+    """
+    runs = with_names(runs)
+    runs = runs.assign(contender=contenders(runs))
+    tables = []
+    for scenario, part in runs.groupby("scenario", sort=False):
+        statistics = summarize(part, "contender", metrics=metrics)
+        names = list(dict.fromkeys(part["contender"]))
+        rows = []
+        for metric in metrics:
+            unit = shown_unit(part, metric)
+            cells = [
+                _chosen(statistics.loc[(name, metric)], it, metric, unit)
+                for name in names
+                for it in columns
+            ]
+            rows.append((metric, *cells, unit_text(unit)))
+        groups: tuple[tuple[str, int], ...] = ()
+        heads = names
+        if len(columns) > 1:
+            groups = tuple((name, len(columns)) for name in names)
+            heads = [*columns] * len(names)
+        about = runs_caption(part, made_by)
+        table = Table(
+            title=str(scenario),
+            header=("", *heads, "unit"),
+            rows=tuple(rows),
+            caption=_noted(about, columns, rows),
+            groups=groups,
+        )
+        tables.append(table)
+    return tables
+
+
+def _chosen(described: pd.Series, column: str, metric: str, unit: str) -> str:
+    """Returns the text of a statistic of a metric in a cell."""
+    if column == "estimate":
+        return mean_text(described, metric, unit)
+    if column in ("n", "arrived"):
+        return number_text(float(described[column]), "-")
+    factor = 100.0 if is_rate(metric) else 1.0
+    # The mean of counts may not be whole.
+    unit = "" if unit == "-" else unit
+    keys = ("low", "high") if column == "interval" else (column,)
+    numbers = [factor * float(described[key]) for key in keys]
+    scale = max(map(abs, numbers))
+    texts = [number_text(it, unit, scale=scale) for it in numbers]
+    if column == "interval":
+        return "-" if "-" in texts else f"[{', '.join(texts)}]"
+    return texts[0] + early_mark(metric, described) * (column == "mean")
 
 
 def behavior_tables(result: SuiteResult) -> list[Table]:
@@ -84,8 +175,34 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
             published = printed_values(result.suite.name, scenario, behavior)
             place = " ".join(filter(None, (scenario, setting)))
             title = f"{place}, {behavior} people"
-            tables.append(_table(title, rows, _BEHAVIOR_METRICS, published))
+            table = _table(title, rows, _BEHAVIOR_METRICS, published)
+            tables.append(
+                _captioned(table, result, rows, f"{behavior} people only")
+            )
     return [table for table in tables if table]
+
+
+def _captioned(
+    table: Table | None, result: SuiteResult, runs: pd.DataFrame, of: str = ""
+) -> Table | None:
+    """Returns a table with a caption: its runs, and what its numbers are."""
+    if table is None:
+        return None
+    suite = result.suite
+    made_by = made_by_text(
+        suite.name, suite.version, str(program_versions()["hunav_drake"])
+    )
+    about = "; ".join(filter(None, [runs_caption(runs, made_by), of]))
+    return replace(table, caption=_noted(about, ["estimate"], table.rows))
+
+
+def _noted(
+    about: str, columns: Sequence[str], rows: Sequence[Sequence[str]]
+) -> str:
+    """Returns a caption that explains columns, and marks that are used."""
+    notes = [COLUMNS[it] for it in columns]
+    notes += [_EARLY] * any("*" in cell for row in rows for cell in row)
+    return " ".join([f"{about}.", *filter(None, notes)])
 
 
 def _table(

@@ -1,9 +1,9 @@
 """All that a suite tells, but for what its runs have cost."""
 
-from hunav_drake.report.suite_files import suite_json
 from hunav_drake.runs.comparison.latex import to_latex
 from hunav_drake.runs.comparison.relations import judge
 from hunav_drake.runs.comparison.tables import behavior_tables, scenario_tables
+from hunav_drake.runs.suite_tables import suite_json
 
 
 def texts_of(result):

@@ -1,0 +1,321 @@
+"""What a report tells, in three sentences, from its numbers."""
+
+from collections.abc import Mapping, Sequence
+import math
+
+import numpy as np
+import pandas as pd
+
+from hunav_drake.report.tables import number
+from hunav_drake.runs.comparison.captions import listed
+from hunav_drake.runs.independent_runs import comparable, draws_nothing
+from hunav_drake.runs.outcomes import GOAL
+from hunav_drake.runs.run_row import FAILED
+from hunav_drake.runs.statistics import (
+    LEAST_PAIRS,
+    RATES,
+    TIMES,
+    compare,
+    summarize,
+)
+from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.trial.metric_facts import unit_of
+from hunav_drake.trial.quantity_text import unit_text
+from hunav_drake.trial.result import TrialResult
+
+# The metrics of people, of which the first that has values is told.
+_PEOPLE = ("min_dist_to_people", "personal_space_intrusions")
+
+_WORDS = {
+    "time_to_reach_goal": "time to the goal",
+    "makespan": "time until all robots arrive",
+    "min_dist_to_people": "least distance to people",
+    "personal_space_intrusions": "time in personal spaces",
+}
+
+# More planners than these are told by the first and the last.
+_MOST_PLANNERS = 8
+
+
+def main_metrics(runs: pd.DataFrame) -> list[str]:
+    """Returns the metrics that the summary tells of: of time and of people."""
+    chosen = (_first_of(runs, it) for it in (TIMES, _PEOPLE))
+    return [it for it in chosen if it]
+
+
+def runs_summary(runs: pd.DataFrame) -> list[str]:
+    """Returns three sentences on runs: arrivals, times, and people.
+
+    A planner is called better only if it is better than every other by
+    `compare`, on equal seeds. Scenarios are never averaged.
+
+    Args:
+        runs: The runs, with the column `contender`; at least one.
+    """
+    sentences = [_arrivals(runs)]
+    for bases, missing in (
+        (TIMES, "No run has a time to the goal."),
+        (_PEOPLE, "No run has a distance to people."),
+    ):
+        metric = _first_of(runs, bases)
+        sentences.append(_about(runs, metric) if metric else missing)
+    return sentences
+
+
+def trial_summary(
+    result: TrialResult, encounters: Mapping[str, pd.DataFrame]
+) -> list[str]:
+    """Returns three sentences on a trial: its end, distances, and contacts.
+
+    Args:
+        result: The trial.
+        encounters: By robot, the table `people` of `find_encounters`.
+    """
+    run = result.recording
+    robots = list(run.robots)
+    ends = result.robot_ends or {robots[0].robot_name: result.end_reason}
+    arrived = sum(it == GOAL for it in ends.values())
+    time = f"{number(result.end_time)} s"
+    lengths = [
+        float(np.hypot(*np.diff(it.until_end().robot[:, :2], axis=0).T).sum())
+        for it in robots
+    ]
+    length = f"{number(sum(lengths), 'm')} m"
+    several = len(robots) > 1
+    if all(it.goal is None for it in robots):
+        end = f"had no goal; the trial ended after {time} and {length}"
+        first = f"The robot{'s' * several} {end}."
+    elif several:
+        first = (
+            f"{arrived} of {len(robots)} robots reached their goals; the trial"
+            f" ended after {time}, in which they drove {length}."
+        )
+    elif arrived:
+        first = f"The robot reached its goal after {time} and {length}."
+    else:
+        first = (
+            f"The robot did not reach its goal: the trial ended after {time}"
+            f" ({result.end_reason}), in which it drove {length}."
+        )
+    it, its = ("They", "a robot") if several else ("It", "the robot")
+    gaps = [
+        (float(row["min_gap_exact"]), str(person), float(row["min_gap_time"]))
+        for table in encounters.values()
+        for person, row in table.iterrows()
+        if math.isfinite(row["min_gap_exact"])
+    ]
+    if not gaps:
+        speeds = np.concatenate(
+            [it.until_end().features.forward_speed for it in robots]
+        )
+        people = "There were no people." if not run.num_humans else ""
+        return [
+            first,
+            people or "Nobody was there at the same time.",
+            f"{it} drove at {number(float(speeds.mean()), 'm/s')} m/s on"
+            " average.",
+        ]
+    gap, name, when = min(gaps)
+    near = f"{number(max(gap, 0.0), 'm')} m" if gap > 0 else "a contact"
+    second = (
+        f"{it} came nearest to {name}, after {number(when, 's')} s: {near}"
+        f"{', from surface to surface' * (gap > 0)}."
+    )
+    touched = list(dict.fromkeys(who for gap, who, _ in gaps if gap <= 0))
+    n = run.num_humans
+    active = np.asarray(run.behavior_status).reshape(-1, n) != 0
+    reacting = int(active.any(axis=0).sum())
+    third = (
+        f"{it} touched {listed(touched)}" if touched else f"{it} touched nobody"
+    )
+    return [
+        first,
+        second,
+        f"{third}, and {reacting} of {n} {'person' if n == 1 else 'people'}"
+        f" reacted to {its}.",
+    ]
+
+
+def _first_of(runs: pd.DataFrame, bases: Sequence[str]) -> str:
+    """Returns the first metric that has a value; "" if none has."""
+    names = [
+        *(it for it in bases if it in runs),
+        *(it for base in bases for it in runs if base_name(it) == base),
+    ]
+    known = (it for it in names if np.isfinite(runs[it].astype(float)).any())
+    return next(known, "")
+
+
+def _arrivals(runs: pd.DataFrame) -> str:
+    """Returns how many runs reach the goal, and of which planner."""
+    names = list(dict.fromkeys(runs["contender"]))
+    goals = runs
+    if RATES[0] in runs:
+        # Without a goal, nobody can arrive.
+        goals = runs[runs[RATES[0]].notna() | runs["end_reason"].isin(FAILED)]
+    failed = int(runs["end_reason"].isin(FAILED).sum())
+    total = f"{len(goals)} run{'s' * (len(goals) != 1)}"
+    done = goals["end_reason"] == GOAL
+    if goals.empty:
+        text = f"{len(runs)} runs had no goal to reach"
+        text = "The run had no goal to reach" if len(runs) == 1 else text
+    elif len(names) == 1:
+        text = f"{int(done.sum())} of {total} reached the goal"
+    else:
+        own = done.groupby(goals["contender"], sort=False).agg(["sum", "size"])
+        shares = {
+            str(name): (it["sum"] / it["size"], it["sum"], it["size"])
+            for name, it in own.iterrows()
+        }
+        order = sorted(shares, key=lambda it: -shares[it][0])
+        parts = [f"{it} {shares[it][1]} of {shares[it][2]}" for it in order]
+        if len(parts) > _MOST_PLANNERS:
+            parts = [parts[0], "...", parts[-1]]
+        text = (
+            f"{int(done.sum())} of {total} reached the goal: {', '.join(parts)}"
+        )
+    if failed:
+        text += f"; {failed} failed"
+    seeds = runs["seed"].replace("", pd.NA)
+    keys = [runs["scenario"], runs["contender"]]
+    if draws_nothing(runs).all():
+        text += "; all seeds are alike, so no mean has an interval"
+    elif seeds.notna().all() and seeds.groupby(keys).nunique().max() == 1:
+        text += "; there is one seed only, so no mean has an interval"
+    return f"{text}."
+
+
+def _about(runs: pd.DataFrame, metric: str) -> str:
+    """Returns which planner is better by a metric, if one is."""
+    what = _words(metric)
+    scenarios = list(dict.fromkeys(runs["scenario"]))
+    parts = {it: runs[runs["scenario"] == it] for it in scenarios}
+    # Elsewhere it is not defined, as for scenes without people.
+    known = {k: it for k, it in parts.items() if it[metric].notna().any()}
+    means = {
+        it: summarize(
+            part, "contender", metrics=metric, bounded=True
+        ).droplevel("metric")
+        for it, part in known.items()
+    }
+    unit = unit_of(runs, metric)
+    if runs["contender"].nunique() == 1:
+        return _alone(means, what, unit)
+    verdicts = {it: _best(part, metric) for it, part in known.items()}
+    if len(scenarios) > 1:
+        wins: dict[str, list[str]] = {}
+        for scenario, (best, _) in verdicts.items():
+            wins.setdefault(best, []).append(str(scenario))
+        rest = wins.pop("", [])
+        told = [f"{it} in {listed(places, 4)}" for it, places in wins.items()]
+        if not wins:
+            return (
+                f"By the {what}, no planner is better than every other in any"
+                f" of {len(verdicts)} scenarios."
+            )
+        return (
+            f"By the {what}, one planner is better than every other in"
+            f" {len(verdicts) - len(rest)} of {len(verdicts)}"
+            f" scenario{'s' * (len(verdicts) != 1)}: {'; '.join(told)}"
+            f"{'; none in the rest' * bool(rest)}."
+        )
+    ((best, reason),) = verdicts.values()
+    (table,) = means.values()
+    table = table[table["n"] > 0]
+    if best:
+        every = "every other planner" if len(table) > 2 else "the other planner"
+        mean = _amount(table.loc[best, "mean"], unit)
+        return (
+            f"{best} has a better {what} than {every}{reason}:"
+            f" {mean} on average."
+        )
+    ends = [
+        f"{_amount(mean, unit)} ({name})"
+        for name, mean in table["mean"].sort_values(kind="stable").items()
+    ]
+    span = f"The mean {what} is {ends[0]}"
+    if len(ends) > 1:
+        span = f"The mean {what} is from {ends[0]} to {ends[-1]}"
+    return f"{span}, but {reason}."
+
+
+def _alone(means: Mapping[str, pd.DataFrame], what: str, unit: str) -> str:
+    """Returns the mean of a single planner, or the range over scenarios."""
+    rows = {it: table.iloc[0] for it, table in means.items()}
+    if len(rows) > 1:
+        least, *_, most = sorted(rows, key=lambda it: float(rows[it]["mean"]))
+        return (
+            f"The mean {what} is from {_amount(rows[least]['mean'], unit)}"
+            f" ({least}) to {_amount(rows[most]['mean'], unit)} ({most})."
+        )
+    (row,) = rows.values()
+    text = f"The mean {what} is {_amount(row['mean'], unit)}"
+    n = int(row["n"])
+    runs = f"{n} run{'s' * (n > 1)} with a value"
+    if math.isnan(row["low"]):
+        return f"{text}, over {runs}, so without an interval."
+    low, high = (_amount(row[it], unit) for it in ("low", "high"))
+    return f"{text}, with a 95 % interval of {low} to {high}, over {runs}."
+
+
+def _best(runs: pd.DataFrame, metric: str) -> tuple[str, str]:
+    """Returns the planner that is better than every other, and by what.
+
+    Without one, the name is empty, and the text is the reason.
+    """
+    pairs = comparable(runs, "contender")
+    values = runs[np.isfinite(runs[metric])]
+    names = [str(it) for it in dict.fromkeys(values["contender"])]
+    others = dict.fromkeys(runs["contender"])
+    without = [str(it) for it in others if it not in names]
+    unit = unit_of(runs, metric)
+    if len(names) < 2:
+        return "", "no other planner has a value"
+    rows: dict[tuple[str, str], pd.Series | None] = {}
+
+    def better(one: str, other: str) -> str | None:
+        first, second = sorted((one, other), key=names.index)
+        key = first, second
+        if key not in rows:
+            try:
+                table = compare(pairs, *key, on="contender", metrics=metric)
+                rows[key] = table.iloc[0]
+            except ValueError:
+                rows[key] = None
+        row = rows[key]
+        return None if row is None else row["better"]
+
+    # If one is better than every other, no other one can win against it.
+    best = names[0]
+    for name in names[1:]:
+        best = name if better(best, name) == name else best
+    if all(better(best, it) == best for it in names if it != best):
+        rest = f" (without a value: {listed(without)})" if without else ""
+        return best, f" on equal seeds{rest}"
+    found = [row for row in rows.values() if row is not None]
+    most = max((int(row["n"]) for row in found), default=0)
+    if most < LEAST_PAIRS:
+        return "", (
+            f"none can be called better: this needs {LEAST_PAIRS} equal seeds"
+            f" in which both have a value, and there are {most or 'none'}"
+        )
+    if all(row["difference"] == row["sd"] == 0 for row in found):
+        return "", "it is the same on all equal seeds"
+    if len(names) == 2:
+        low, high = (_amount(found[0][it], unit) for it in ("low", "high"))
+        return "", (
+            "neither can be called better: the 95 % interval of the difference"
+            f" on equal seeds, {low} to {high}, contains 0"
+        )
+    return "", "none can be called better than every other on equal seeds"
+
+
+def _words(metric: str) -> str:
+    base = base_name(metric)
+    words = _WORDS.get(base, base.replace("_", " "))
+    robot = metric.removesuffix(base).rstrip(".")
+    return f"{words} of {robot}" if robot else words
+
+
+def _amount(value: float, unit: str) -> str:
+    return " ".join(filter(None, [number(float(value), unit), unit_text(unit)]))

@@ -1,0 +1,175 @@
+"""What `hunav report` makes of the folders of all commands."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from hunav_drake.commands import cli, report
+from hunav_drake.report.plots import plot_comparison
+from hunav_drake.report.suite_files import WriteSuite
+from hunav_drake.runs import LoadSuite, RunSuite, WriteResult
+from hunav_drake.runs.comparison.tables import COLUMNS
+from hunav_drake.runs.suite_tables import WriteSuiteTables
+from tests.hunav_drake.passing_trials import make_result
+from tests.hunav_drake.runs import made_runs
+
+SUITE = """
+name: two
+scenarios: [crossing]
+planners: [pursuit, {type: pursuit, cruise_speed: 0.4, label: slow}]
+overrides: [simulation.duration=0.5]
+seeds: 2
+"""
+
+
+@pytest.fixture(scope="module")
+def suite_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("two")
+    RunSuite(LoadSuite(data=SUITE), out=folder, workers=1)
+    return folder
+
+
+@pytest.fixture
+def runs_folder(tmp_path):
+    for planner in ("pursuit", "dwb"):
+        for seed in range(3):
+            WriteResult(make_result(planner=planner, seed=seed), tmp_path)
+    return tmp_path
+
+
+def test_a_suite_writes_its_tables(suite_folder):
+    """`report.html` is added by `hunav bench`, `hunav report`, WriteSuite."""
+    assert {it.name for it in suite_folder.iterdir()} == {
+        *("runs.jsonl", "runs.csv", "runs_by_behavior.csv", "summary.csv"),
+        *("outcomes.csv", "relations.csv", "costs.csv", "suite.json"),
+        *("tables.tex", "recordings"),
+    }
+    runs = pd.read_csv(suite_folder / "runs.csv")
+    assert list(runs["planner"]) == ["pursuit", "pursuit", "slow", "slow"]
+    assert len(plot_comparison(runs).patches) == 2
+    tex = (suite_folder / "tables.tex").read_text()
+    assert "planners pursuit and slow;" in tex
+    assert "suite two, version 1; hunav\\_drake" in tex
+
+
+def test_a_page_of_other_runs_does_not_stay(tmp_path):
+    runs = made_runs.runs_of([10.0, 11.0])
+    page = WriteSuite(made_runs.make_result({("hall", "a"): runs}), tmp_path)
+    assert "10.5" in page.read_text()
+    other = made_runs.make_result({("hall", "a"): made_runs.runs_of([3.25])})
+    WriteSuiteTables(other, tmp_path)
+    assert not page.exists()
+    assert "3.25" in WriteSuite(other, tmp_path).read_text()
+
+
+def test_figures_and_tables_of_a_suite(suite_folder, tmp_path, capsys):
+    latex, figures = tmp_path / "mine.tex", tmp_path / "figures"
+    words = ["report", str(suite_folder), "--metrics", "path_length"]
+    words += ["--columns", "mean", "sd", "--latex", str(latex)]
+    assert cli.main([*words, "--figures", str(figures)]) == 0
+    out = capsys.readouterr().out
+    assert f"Wrote the tables for LaTeX to {latex}" in out
+    assert f"Wrote 9 files of figures to {figures / 'figures.tex'}" in out
+    assert (suite_folder / "report.html").is_file()
+    text = latex.read_text()
+    assert r"\multicolumn{2}{c}{slow}" in text
+    assert text.count(r"path\_length &") == 1
+    assert "suite two, version 1; hunav\\_drake" in text
+    tex = (figures / "figures.tex").read_text()
+    assert "suite two, version 1; hunav\\_drake" in tex
+    assert len(list(figures.glob("crossing_path_length_*.pdf"))) == 3
+
+
+def test_tables_of_single_runs(runs_folder, tmp_path, capsys):
+    latex = tmp_path / "mine.tex"
+    assert cli.main(["report", str(runs_folder), "--latex", str(latex)]) == 0
+    text = latex.read_text()
+    assert "planners dwb and pursuit; 3 seeds (0 to 2); hunav\\_drake" in text
+    # Those of the headline.
+    assert r"min\_dist\_to\_people & " in text
+    assert "Wrote the report on 6 runs" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (["--metrics", "path_length"], "add --figures DIR or --latex FILE"),
+        (["--columns", "mean"], "add --latex FILE"),
+        (
+            ["--columns", "mean", "--figures", "f"],
+            "--columns chooses those of a table: add --latex FILE",
+        ),
+        (
+            ["--metrics", "path_lenth", "--latex", "t.tex"],
+            "no metric 'path_lenth'; did you mean 'path_length'",
+        ),
+        (["--latex", "no/t.tex"], "there is no folder no"),
+    ],
+)
+def test_what_would_do_nothing_is_refused(
+    runs_folder, words, fault, capsys, monkeypatch
+):
+    monkeypatch.chdir(runs_folder)
+    before = {it.name for it in runs_folder.iterdir()}
+    assert cli.main(["report", str(runs_folder), *words]) == 2
+    assert fault in capsys.readouterr().err
+    # Nothing was written before.
+    assert {it.name for it in runs_folder.iterdir()} == before
+
+
+def test_the_columns_of_the_command_are_those_of_tables():
+    assert (*COLUMNS,) == report._COLUMNS
+
+
+@pytest.mark.parametrize(
+    ("files", "told"),
+    [
+        (["tried.csv", "search.json", "001.npz"], "`hunav falsify` found"),
+        (["tried.csv", "search.json", "rank.csv"], "tried.csv: none failed"),
+        (
+            ["search.json", "runs.jsonl"],
+            "log of `hunav falsify` or `hunav risk",
+        ),
+        (["who.csv", "runs/"], "pandas.read_csv("),
+        (["validation.html", "numbers.csv"], "open {folder}/validation.html"),
+        (["metadata.yaml", "bag.mcap"], "`hunav evaluate {folder} --out DIR`"),
+        (["result.json", "recording.npz"], "is a single run; give the folder"),
+        (["run_1/result.json"], "`hunav report {parent}`"),
+        (["crossing_dwb_0.npz"], "has recordings; `hunav evaluate FILE"),
+        (["rooms_0.yaml"], "has scenarios; `hunav run FILE --out DIR`"),
+        (["mine/runs.jsonl"], "There are some in mine."),
+        ([], "No results are there"),
+    ],
+)
+def test_a_folder_without_runs_is_told_by_what_it_has(
+    files, told, tmp_path, capsys
+):
+    for name in files:
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        if name.endswith("/"):
+            path.mkdir()
+        else:
+            path.write_text("")
+    assert cli.main(["report", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert told.format(folder=tmp_path, parent=tmp_path.parent) in error
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_branches_and_a_file(runs_folder, capsys):
+    """What `hunav branch` writes beside its runs does not hide them."""
+    (runs_folder / "branches.csv").write_text("")
+    (runs_folder / "who.csv").write_text("")
+    assert cli.main(["report", str(runs_folder)]) == 0
+    path = runs_folder / "runs.csv"
+    assert cli.main(["report", str(path)]) == 2
+    assert "is a file, and reports are on folders" in capsys.readouterr().err
+
+
+def test_a_suite_without_page_has_its_facts_in_json(suite_folder):
+    about = json.loads((suite_folder / "suite.json").read_text())
+    assert about["suite"] == "two"
+    assert len(about["cells"]) == 2
