@@ -1,8 +1,8 @@
-"""Keeps what the suite `paper` has measured, of which the README prints means.
+"""Keeps what the suite `paper` has measured, of which the docs print means.
 
     hunav bench paper --out out && python -m tests.paper_results out/paper
 
-writes `data/paper_results.json`. `test_paper_results.py` compares the README
+writes `data/paper_results.json`. `test_paper_results.py` compares the docs
 with it, and some of its runs with those of today.
 """
 
@@ -14,7 +14,8 @@ import pandas as pd
 
 FILE = Path(__file__).parent / "data" / "paper_results.json"
 
-# The rows of the README's table: scenario, behavior ("" for all) and metric.
+# The rows of the table in docs/paper_results.md: scenario, behavior ("" for
+# all) and metric.
 ROWS = (
     ("passing", "", "time_to_reach_goal"),
     ("passing", "", "min_dist_to_people"),
