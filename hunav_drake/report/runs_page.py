@@ -392,4 +392,5 @@ def _listed_runs(
         head.insert(2, "pages")
         for row, i in zip(rows, runs.index, strict=False):
             row.insert(2, links.get(i, {}))
-    return Table(head, {"": rows}, numbers=range(head.index("seed"), len(head)))
+    numbers = range(head.index("seed"), len(head))
+    return Table(head, {"": rows}, numbers, kind="listed")

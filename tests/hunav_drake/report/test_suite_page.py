@@ -183,6 +183,55 @@ def test_the_page_is_no_wider_than_the_window(page, width, browser):
     window.close()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 1920, 390])
+def test_the_summary_is_read_first(page, width, scheme, browser):
+    window = browser.new_page(
+        viewport={"width": width, "height": 900}, color_scheme=scheme
+    )
+    window.goto(page.as_uri())
+    bottom, section, right = window.evaluate(
+        """() => {
+          const box = (it) =>
+            document.querySelector(it).getBoundingClientRect();
+          const svg = [...document.querySelectorAll("figure svg")];
+          const rights = svg.map(it => it.getBoundingClientRect().right);
+          return [box(".summary").bottom, box("h2").top, Math.max(...rights)];
+        }"""
+    )
+    assert bottom < min(section, 900)
+    assert right <= width
+    # Plots are dark on white, so the page is in each scheme.
+    styles = window.evaluate(
+        """["color", "backgroundColor"].map(it =>
+          getComputedStyle(document.body)[it].match(/[0-9]+/g).map(Number))"""
+    )
+    assert max(styles[0]) < 60
+    assert styles[1] == [255, 255, 255]
+    window.close()
+
+
+@pytest.mark.slow
+def test_all_of_it_is_printed(page, browser):
+    window = browser.new_page(viewport={"width": 688, "height": 1000})
+    window.goto(page.as_uri())
+    window.emulate_media(media="print")
+    # On paper of A4, within its margins, nothing is folded or cut off.
+    seen = window.evaluate(
+        """["table", "figure svg", ".summary"].map(name =>
+          [...document.querySelectorAll(name)].map(it => {
+            const box = it.getBoundingClientRect();
+            return it.checkVisibility({contentVisibilityAuto: true})
+              && box.height > 0 && box.right <= 688;
+          }))"""
+    )
+    assert [len(it) > 0 for it in seen] == [True, True, True]
+    assert [it.count(False) for it in seen] == [0, 0, 0]
+    assert window.pdf(format="A4").count(b"/Type /Page\n") >= 3
+    window.close()
+
+
 def test_files_are_written_again_only_if_they_would_differ(tmp_path):
     result = make_result({("hall", "a"): runs_of([10.0])})
     folder = tmp_path / "written"
