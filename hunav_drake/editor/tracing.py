@@ -1,7 +1,9 @@
 """Converts the dark cells of a background to walls."""
 
+from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 import shapely
 
 from hunav_drake.editor.background import Background, BackgroundError
@@ -14,6 +16,11 @@ _TOLERANCES = (1.0, 0.5, 0.25)
 
 # The smallest wall, in cells.
 _MIN_AREA = 2.0
+
+# How many dark cells are looked at, and how near a wall they must be, in cells,
+# so that they count as traced.
+_SAMPLE = 500
+_NEAR = 2.0
 
 # With more walls, the image is probably noise.
 _MAX_WALLS = 2000
@@ -47,6 +54,29 @@ def traced_walls(background: Background) -> list[dict[str, Any]]:
             f" {_MAX_WALLS}; remove specks from the image first"
         )
     return walls
+
+
+def is_traced(background: Background, outlines: Iterable[Any]) -> bool:
+    """Returns whether walls are at most of the dark cells of a background.
+
+    Args:
+        background: The background; without dark cells, it is traced.
+        outlines: Of all walls, points (x, y) in W, in meters.
+    """
+    cells = np.argwhere(background.occupied)
+    if not len(cells):
+        return True
+    some = cells[np.linspace(0, len(cells) - 1, _SAMPLE).astype(int)]
+    places = turned((some[:, ::-1] + 0.5) * background.cell, background.origin)
+    shapes = [
+        (shapely.Polygon if len(points) > 2 else shapely.LineString)(points)
+        for points in outlines
+    ]
+    reach = _NEAR * background.cell
+    at, _ = shapely.STRtree(shapes).query(
+        shapely.points(places), predicate="dwithin", distance=reach
+    )
+    return len(np.unique(at)) > _SAMPLE / 2
 
 
 def _simplified(outline: Any) -> Any:

@@ -77,6 +77,17 @@ class FreeSpace:
         free = self._whole.difference(shapely.union_all(thick))
         return list(shapely.get_parts(free))
 
+    def everywhere(self, radius: float) -> Any:
+        """Returns all places of a disc's center, in meters; None without."""
+        rooms = self._rooms(radius)
+        return shapely.multipolygons(rooms) if rooms else None
+
+    def is_free(self, place: Point, radius: float) -> bool:
+        """Returns whether a disc at a place overlaps nothing."""
+        point, reach = shapely.Point(place), max(radius - _TOUCH / 1e3, 0.0)
+        hit = self._tree.query(point, predicate="dwithin", distance=reach)
+        return not len(hit)
+
     def room(self, place: Point, radius: float) -> Any:
         """Returns the polygon of places that a disc's center can reach.
 

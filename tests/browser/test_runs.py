@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.browser.driver import SMALL, at
+from tests.browser.driver import SMALL, SharedWorker, at
 
 # The processes are loaded, perhaps on a machine that has much else to do.
 PATIENCE = 300
@@ -17,19 +17,6 @@ QUICK = f"{SMALL}{PLANNER}"
 LONG = f"{SMALL}planner: pursuit\nsimulation: {{duration: 900.0}}\n".replace(
     "goal: [3, -2, 0]", "goal: [400, -2, 0]"
 )
-
-
-class SharedWorker:
-    """A worker that outlives the sessions which use it."""
-
-    def __init__(self, worker):
-        self.worker = worker
-
-    def __getattr__(self, name):
-        return getattr(self.worker, name)
-
-    def close(self):
-        self.worker.cancel()
 
 
 @pytest.fixture(scope="module")

@@ -188,6 +188,114 @@ def test_a_map_of_ros_lies_in_its_place_and_is_traced(open_editor, tmp_path):
     assert near((min(xs), min(ys), max(xs), max(ys)), (1, 0.5, 2, 1.5), 0.06)
 
 
+def test_an_untraced_map_is_a_problem_until_it_is_traced(open_editor, tmp_path):
+    from tests.maps import write_map
+
+    # A hall with a pillar, in which the robot stands.
+    rows = ["#" * 80, *["#" + "." * 78 + "#"] * 58, "#" * 80]
+    for i in range(24, 36):
+        rows[i] = rows[i][:34] + "#" * 12 + rows[i][46:]
+    editor = open_editor("robot: {start: [3.0, 5.0, 0]}\n")
+    file = write_map(tmp_path, rows)
+    editor.session.set_map(file)
+    offer = editor.page.locator(".offer")
+    offer.get_by_text("everybody walks through it").wait_for()
+    told = editor.page.locator(".faults")
+    editor.expect(told).to_have_text("1 problem")
+    # It stays in the list when the offer is refused.
+    offer.get_by_role("button", name="Not now").click()
+    offer.wait_for(state="hidden")
+    editor.tab("problems")
+    editor.page.locator(".fix", has_text="Trace walls").click()
+    editor.wait(lambda it: len(at(it.data, ["world", "walls"]) or []) > 1)
+    # Now it is seen that the robot stands in the pillar.
+    editor.expect(editor.part("robot/start")).to_contain_class("faulty")
+    editor.page.locator(".fix", has_text="Move it").click()
+    editor.expect(told).to_have_text("No problems")
+    # What is traced takes doors, in the middle of the lower wall.
+    walls = len(editor.session.data["world"]["walls"])
+    editor.tool("door")
+    editor.click(3.0, 2.05)
+    editor.wait(lambda it: len(it.data["world"]["walls"]) > walls)
+    editor.undo_all()
+    editor.expect(told).to_have_text("1 problem")
+    editor.page.get_by_role("button", name="Remove the background").click()
+    editor.expect(told).to_have_text("No problems")
+    assert editor.session.background is None
+
+
+def lines(session):
+    """Returns (center, size) of all walls."""
+    walls = session.data["world"]["walls"]
+    return [(tuple(it["center"]), tuple(it["size"])) for it in walls]
+
+
+def test_rooms_side_by_side_share_a_wall_and_a_door(open_editor):
+    editor = open_editor("robot: {start: [0, -4, 0]}\n")
+    editor.tool("room")
+    editor.drag((-4, 0), (-1, 3))
+    editor.wait(lambda it: it.data.get("world"))
+    # Beside it, a little off: from the face of its wall.
+    editor.tool("room")
+    editor.drag((-0.92, -0.08), (2, 3.06))
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == 7)
+    walls = lines(editor.session)
+    assert ((-1.0, 1.5), (0.15, 2.85)) in walls
+    assert sum(abs(x + 1) < 0.2 for (x, _), _ in walls) == 1
+    # North of the second room goes on where that of the first one ends.
+    assert ((0.575, 3.0), (3.0, 0.15)) in walls
+    # A door in the shared wall leads from room to room.
+    editor.tool("door")
+    editor.click(-1, 1.5)
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == 8)
+    # A third room, north of the first: it keeps the door, and shares too.
+    editor.tool("door")
+    editor.click(-2.5, 3)
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == 9)
+    editor.tool("room")
+    editor.drag((-4, 3), (-1, 5))
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == 12)
+    from hunav_drake.scenario.reachability import FreeSpace
+
+    space = FreeSpace(editor.session.scenario.world.fixtures())
+    for goal in ((0, 1.5), (-2.5, 4)):
+        assert space.joins((-2.5, 1.5), goal, 0.35, 0.0)
+    editor.undo_all()
+    editor.wait(lambda it: not it.data.get("world"))
+
+
+def test_a_door_cuts_all_walls_that_it_crosses(open_editor):
+    two = """\
+world:
+  walls:
+    - {type: box, name: a, center: [0, 0], size: [4, 0.15]}
+    - {type: box, name: b, center: [0, 0.225], size: [4, 0.15], yaw: 0.0}
+    - {type: polyline, name: rail, points: [[-4, -3], [4, -3]]}
+    - {type: polygon, name: old, points: [[-4, 2], [4, 2], [4, 2.2], [-4, 2.2]]}
+robot: {start: [0, -4, 0], goal: [0, 4, 0]}
+"""
+    editor = open_editor(two)
+    told = editor.page.locator(".toast")
+    for y, walls in ((0.1, 6), (2.1, 7), (-3, 8)):
+        # The wall is selected: its handles are no obstacle.
+        editor.click(1.2, y)
+        editor.tool("door")
+        editor.click(0, y)
+        editor.wait(lambda it, n=walls: len(it.data["world"]["walls"]) == n)
+    from hunav_drake.scenario.reachability import check_ways
+
+    world = editor.session.scenario
+    gap = [it for it in world.world.walls if it.name.startswith("rail")]
+    assert [it.points[-1][0] for it in gap] == [-0.45, 4.0]
+    # The outer ends are open; the ways through the doors are 0.9 m wide.
+    assert not list(check_ways(world))
+    editor.tool("door")
+    editor.click(0, 1)
+    editor.expect(told).to_contain_text("there is no wall at (0.00, 1.00)")
+    editor.undo_all()
+    editor.wait(lambda it: it.text == two)
+
+
 def test_a_picture_gets_its_scale_by_two_clicks(open_editor, tmp_path):
     from PIL import Image
 

@@ -8,7 +8,7 @@ import { addKeys } from "./keys.js";
 import { makeTopBar } from "./topbar.js";
 import { makeOutline } from "./outline.js";
 import { makeFormPanel, makeTrialPanel } from "./form.js";
-import { makeProblemsPanel } from "./problems.js";
+import { makeProblemsPanel, told } from "./problems.js";
 import { makeBehaviorPanel } from "./behavior.js";
 import { makeMetricsPanel } from "./metrics.js";
 import { makeRunsPanel } from "./runs.js";
@@ -122,7 +122,7 @@ function tellAloud(store, live, toast) {
   store.listen("faults", () => {
     if (store.faults.length === number) return;
     number = store.faults.length;
-    live.textContent = number ? `${number} ${number === 1 ? "problem" : "problems"}: ${store.faults[0].message}` : "No problems";
+    live.textContent = number ? `${number} ${number === 1 ? "problem" : "problems"}: ${told(store, store.faults[0])}` : "No problems";
   });
   store.listen("result", (it) => {
     live.textContent = it.error ?? `Run ${it.planner}, seed ${it.seed}: ${it.end_reason}`;

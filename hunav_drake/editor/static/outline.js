@@ -160,7 +160,7 @@ export function makeOutline(store) {
     return fill(
       background,
       h("div", { class: "group-head" }, "Background"),
-      h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.tell("background", {}))),
+      h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.send({ do: "background", files: {}, remove: true }))),
       opacity,
       message.is_map ? null : button("measure", "Set the size of the picture by two places with a known distance", () => store.tools.choose("scale"), { text: "Set scale" }),
       button("polygon", "Convert dark areas to walls", () => store.ask({ do: "trace" }), { text: "Trace walls" }),

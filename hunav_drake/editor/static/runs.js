@@ -1,6 +1,7 @@
 import { atFrame, button, fill, h, refill } from "./dom.js";
 import { makeGhosts } from "./ghosts.js";
 import { makePlayer } from "./player.js";
+import { told } from "./problems.js";
 import { csvOf, endOf, makeRunTable } from "./runtable.js";
 
 /** The maximum number of runs; for more, use `hunav bench`. */
@@ -143,7 +144,7 @@ export function makeRunsPanel(store) {
     const errors = store.faults.filter((it) => it.severity !== "warning");
     if (errors.length) {
       store.showTab("problems");
-      store.say(`The scenario cannot run: ${errors[0].message}`);
+      store.say(`The scenario cannot run. ${told(store, errors[0])}`);
       return;
     }
     const request = { do: "run", seeds: wanted, planners: [...chosenPlanners], speed: speed.value ? Number(speed.value) : null, workers: Number(workers.value) };

@@ -113,7 +113,7 @@ export function makeStore(host) {
     faultsAt: (path) => store.faults.filter((fault) => isWithin(fault.path, path)),
 
     /** Shows a line of text for a while, also to screen readers. */
-    say: (message) => store.tell("say", { message }),
+    say: (message, error = true) => store.tell("say", { message, error }),
   };
 
   /** Writes the shown revision on the page; none while edits are pending. */

@@ -79,6 +79,9 @@ export function nameOf(data, path) {
     return path.at(-1) === "goal" ? `${name}'s goal` : name;
   }
   if (path[0] === ROBOTS && path.length > 2) return [nameOf(data, robotPath(path)), ...path.slice(2)].join(" ");
+  // A field of a part is named after it.
+  const depth = { [HUMANS]: 2, [PLACES]: 2, [WORLD]: 3, population: 3 }[path[0]];
+  if (path.length > depth) return [nameOf(data, path.slice(0, depth)), ...path.slice(depth).filter((it) => typeof it === "string")].join(" ");
   const value = valueAt(data, path);
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (isPlace(path)) return value?.name || `place_${path[1] + 1}`;

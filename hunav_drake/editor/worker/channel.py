@@ -7,6 +7,9 @@ import os
 
 from hunav_drake.editor.worker.handle import Message
 
+# A check waits for a pause in the changes, in seconds.
+_PAUSE = 0.2
+
 
 class Stopped(Exception):
     """The parent has cancelled the run."""
@@ -29,6 +32,11 @@ class Channel:
             self._waiting.append(self._read())
         message = self._waiting.popleft()
         # Only the last check is needed.
+        if message["do"] == "check":
+            while not self._waiting and self._connection.poll(_PAUSE):
+                self._waiting.append(self._read())
+                if self._waiting[0]["do"] == "check":
+                    message = self._waiting.popleft()
         self._read_all()
         while message["do"] == "check" and any(
             it["do"] == "check" for it in self._waiting

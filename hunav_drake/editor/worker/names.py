@@ -1,5 +1,6 @@
 """All checks of a scenario, for which the simulation is loaded."""
 
+from collections.abc import Iterator
 import contextlib
 from pathlib import Path
 from typing import Any
@@ -7,9 +8,11 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from hunav_drake.scenario.building import build_scenario
-from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.checks import ALL_CHECKS, find_doubts
 from hunav_drake.scenario.error import Finding
 from hunav_drake.scenario.file_paths import find_files
+from hunav_drake.scenario.reachability import check_ways
+from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.world.models import model_solids
 from hunav_drake.systems.world.shapes import Model
@@ -21,7 +24,10 @@ _MODEL: TypeAdapter[Model] = TypeAdapter(Model)
 def find_names_faults(
     text: str, folder: str | None, name: str | None
 ) -> list[dict[str, Any]]:
-    """Returns all findings about a scenario, as plain data.
+    """Returns what `hunav check` finds in a scenario, as plain data.
+
+    Trials run in spite of goals that cannot be reached, and of doubts, so these
+    have the severity "warning".
 
     Args:
         text: Its YAML; if it cannot be read, there are no findings.
@@ -32,13 +38,24 @@ def find_names_faults(
     if plain is None:
         return []
     findings: list[Finding] = []
+    harmless: set[str] = set()
+
+    def ways(scenario: Scenario) -> Iterator[Finding]:
+        for found in check_ways(scenario):
+            harmless.add(found.message)
+            yield found
+
     with contextlib.suppress(RecursionError):
-        _, findings = build_scenario(plain, ALL_CHECKS)
+        scenario, findings = build_scenario(plain, (*ALL_CHECKS, ways))
+        if scenario is not None:
+            findings = find_doubts(scenario)
+            harmless.update(found.message for found in findings)
     return [
         {
             "path": list(found.loc),
             "message": found.message,
             "uses": [list(part) for part in found.uses],
+            "severity": "warning" if found.message in harmless else "error",
         }
         for found in findings
     ]

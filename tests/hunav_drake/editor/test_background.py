@@ -45,8 +45,12 @@ def view():
 
 
 def test_a_map_lies_in_its_place(view, files):
-    (answer,) = view.ask("background", name="cafe", files=files)
+    answer, told = view.ask("background", name="cafe", files=files)
     assert answer["kind"] == "background"
+    # It has no walls yet.
+    (fault,) = told["faults"]
+    assert fault["fix"] == {"label": "Trace walls", "do": "trace"}
+    assert fault["severity"] == "warning"
     assert (answer["width_m"], answer["height_m"]) == pytest.approx((4.0, 1.0))
     assert answer["origin"] == [1.0, 2.0, 0.0]
     image = base64.b64decode(answer["image"].partition(",")[2])
@@ -86,7 +90,8 @@ def test_maps_are_turned(tmp_path, view):
 def test_pictures_get_their_scale_from_the_view(view):
     cells = np.zeros((20, 40), dtype=bool)
     cells[5:15, 10:30] = True
-    (answer,) = view.ask("background", files=picture(cells))
+    answer, told = view.ask("background", files=picture(cells))
+    assert "set its scale" in told["faults"][0]["remedy"]
     assert not answer["is_map"]
     view.ask("trace", width_m=8.0, origin=[-4.0, -2.0, 0.0])
     shape = shapely.Polygon(view.data["world"]["walls"][0]["points"])
