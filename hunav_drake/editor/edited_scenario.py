@@ -8,6 +8,7 @@ from typing import Any
 
 from hunav_drake.editor.background import Background, map_background
 from hunav_drake.editor.document.document import Document
+from hunav_drake.editor.document.outlines import pictures
 from hunav_drake.editor.document.steps import Step
 from hunav_drake.editor.document.text_patch import difference
 from hunav_drake.editor.faults import DEFERRED, message_of
@@ -301,6 +302,7 @@ class EditedScenario:
                     for name, text in list_templates().items()
                 ],
                 "examples": shipped_names(),
+                "furniture": pictures(),
                 "ready": False,
             }
         self.send("catalog", number, **self._catalog)

@@ -100,7 +100,8 @@ def test_text_and_button_have_one_remedy(open_editor, worker, tmp_path):
     toast = editor.page.locator(".toast")
     editor.expect(toast).to_contain_text("dora pose: ")
     button.click()
-    editor.expect(editor.page.locator(".fix")).to_have_count(0)
+    left = editor.page.locator(".fix", has_text="Move it")
+    editor.expect(left).to_have_count(0)
     problems = [it["message"] for it in editor.session.faults]
     assert not any("move it" in it for it in problems)
     path = tmp_path / "after.yaml"

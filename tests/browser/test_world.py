@@ -195,7 +195,7 @@ def test_an_untraced_map_is_a_problem_until_it_is_traced(open_editor, tmp_path):
     rows = ["#" * 80, *["#" + "." * 78 + "#"] * 58, "#" * 80]
     for i in range(24, 36):
         rows[i] = rows[i][:34] + "#" * 12 + rows[i][46:]
-    editor = open_editor("robot: {start: [3.0, 5.0, 0]}\n")
+    editor = open_editor("robot: {start: [5.0, 5.0, 0]}\n")
     file = write_map(tmp_path, rows)
     editor.session.set_map(file)
     offer = editor.page.locator(".offer")
@@ -231,7 +231,7 @@ def lines(session):
 
 
 def test_rooms_side_by_side_share_a_wall_and_a_door(open_editor):
-    editor = open_editor("robot: {start: [0, -4, 0]}\n")
+    editor = open_editor("robot: {start: [-4, -2, 0], goal: [2, 5.5, 0]}\n")
     editor.tool("room")
     editor.drag((-4, 0), (-1, 3))
     editor.wait(lambda it: it.data.get("world"))

@@ -18,6 +18,9 @@ import { addDialogs } from "./dialogs.js";
 /** The width in pixels below which the left side becomes a tab. */
 const NARROW = 1100;
 
+/** The width in pixels below which the settings are below the map. */
+const SLIM = 640;
+
 /** The tabs on the right: title, key, panel. */
 function rightPanels(store) {
   return [
@@ -94,6 +97,7 @@ function layOut(root, left, outline, right, { leftFolded = false }) {
   let narrow = null;
   root.classList.toggle("left-folded", leftFolded);
   new ResizeObserver(() => {
+    root.classList.toggle("slim", root.clientWidth < SLIM);
     const now = root.clientWidth < NARROW;
     if (now === narrow) return;
     narrow = now;

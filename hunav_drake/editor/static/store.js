@@ -30,7 +30,7 @@ export function makeStore(host) {
     data: {},
     outlines: {},
     faults: [],
-    catalog: { schema: {}, defaults: {}, behaviors: [], planners: [], models: [], robots: [], metrics: [], templates: [], examples: [], ready: false },
+    catalog: { schema: {}, defaults: {}, behaviors: [], planners: [], models: [], robots: [], metrics: [], templates: [], examples: [], furniture: [], ready: false },
     selection: [],
     text: "",
     places: [],

@@ -155,7 +155,8 @@ export function turnOps(data, path, yaw) {
 }
 
 function mapped(outline, f) {
-  return { ...outline, points: outline.points.map(f), parts: outline.parts?.map((it) => it.map(f)) };
+  const pieces = outline.pieces?.map(([material, points]) => [material, points.map(f)]);
+  return { ...outline, points: outline.points.map(f), parts: outline.parts?.map((it) => it.map(f)), pieces };
 }
 
 /** Returns an outline that follows a part from one value to another. */
