@@ -48,6 +48,8 @@ def _hello(session: EditedScenario, message: Request) -> None:
     session.send_text(message.id)
     if session.background is not None:
         session.send("background", message.id, **session.background.message())
+    if session.state.drawn["people"]:
+        session.send("drawn", message.id, **session.state.drawn)
     if session.worker is not None:
         session.worker.repeat()
 

@@ -352,6 +352,10 @@ class EditedScenario:
             )
             for fault in content["faults"]
         ]
+        drawn = content.get("drawn", {"people": []})
+        if drawn["people"] or state.drawn["people"]:
+            state.drawn = drawn
+            self.send("drawn", **drawn)
         models = content.get("models", {})
         if models != state.models:
             state.models = models

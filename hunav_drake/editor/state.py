@@ -61,6 +61,8 @@ class State:
         # checked.
         self.checked: list[tuple[Finding, str]] = []
         self.checked_data: Any = None
+        # The people whom a seed draws, from the worker.
+        self.drawn: dict[str, Any] = {"people": []}
         # The outlines of models by file, from the worker.
         self.models: Mapping[str, Sequence[ArrayLike]] = {}
 

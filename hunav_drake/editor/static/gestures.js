@@ -1,5 +1,5 @@
 import { pathOf, round, samePath } from "./data.js";
-import { isOnMap, placeOf } from "./things.js";
+import { COHORTS, cohortsOf, drawnOf, isOnMap, placeOf } from "./things.js";
 import { cornerNear } from "./changes.js";
 import { makeDrags } from "./drags.js";
 import { onLines } from "./walllines.js";
@@ -147,6 +147,13 @@ export function addGestures(store, map, tools) {
         gesture = tools.down(place, counted(event), event.target) ?? null;
       } else if (handle) {
         gesture = onHandle(event, handle);
+      } else if (key?.startsWith("drawn/")) {
+        const from = world(event);
+        const number = Number(key.slice(6));
+        // A click shows the cohort.
+        const { source } = drawnOf(store, store.data)[number] ?? {};
+        const path = [...COHORTS, cohortsOf(store.data).indexOf(source)];
+        gesture = pressed(event, () => drags.owning(number, from), () => store.select([path]));
       } else if (key && isOnMap(pathOf(key))) {
         gesture = onPart(event, pathOf(key));
       } else {

@@ -1,6 +1,6 @@
 import { atFrame, h, svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { PLACES, ROBOTS, boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, placesOf, robotsOf, startOf } from "./things.js";
+import { PLACES, ROBOTS, boundsOf, drawnOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, placesOf, robotsOf, startOf } from "./things.js";
 import { ChainShape, PersonShape, PlaceShape, RobotShape, WorldShape, outline } from "./shapes.js";
 import { lookOf, robotColor } from "./looks.js";
 import { View } from "./view.js";
@@ -16,7 +16,7 @@ import { drawHandles } from "./handles.js";
 const NONE = {};
 
 /** The layers from back to front; each is a group of the lower SVG. */
-const LAYERS = ["areas", "fixtures", "places", "groups", "chains", "robot-goals", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "places", "groups", "chains", "robot-goals", "robots", "drawn", "people"];
 
 /**
  * Creates the map of a store.
@@ -85,6 +85,10 @@ export function makeMap(store) {
       const facts = [behaviors, defaults];
       draw(key, "people", person, () => new PersonShape(key), (it) => it.update(person, look, defaults), facts);
       draw(`chain:${key}`, "chains", person, () => new ChainShape(key), (it) => it.update(person, look, defaults), facts);
+    });
+    drawnOf(store, data).forEach(({ human }, i) => {
+      const key = `drawn/${i}`;
+      draw(key, "drawn", human, () => new PersonShape(key), (it) => it.update(human, look, defaults), [behaviors, defaults]);
     });
     placesOf(data).forEach((place, i) => {
       const path = [PLACES, i];
@@ -240,6 +244,7 @@ export function makeMap(store) {
   };
   store.listen("data", redraw);
   store.listen("catalog", redraw);
+  store.listen("drawn", redraw);
   store.listen("state", ({ changes }) => {
     // Another file or template is shown as a whole.
     if (changes.some(([path]) => path.length === 0) && map.fitNext) {

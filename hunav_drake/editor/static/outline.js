@@ -1,6 +1,6 @@
 import { atFrame, button, fill, h } from "./dom.js";
 import { isWithin, keyOf, pathOf, samePath, valueAt } from "./data.js";
-import { HUMANS, PLACES, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPlace, isPose, isRobotPlace, nameOf, peopleOf, placesOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
+import { COHORTS, HUMANS, PLACES, cohortsOf, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPlace, isPose, isRobotPlace, nameOf, peopleOf, placesOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
 import { lookOf, paintRobot, robotColor } from "./looks.js";
 import { inkOn } from "./shapes.js";
 import { robotOps } from "./changes.js";
@@ -8,6 +8,8 @@ import { robotOps } from "./changes.js";
 /** Returns the parts by section: [{title, key, items: [path...]}]. */
 export function partsOf(data) {
   const parts = [{ title: "People", key: HUMANS, items: peopleOf(data).map((_, i) => [HUMANS, i]) }];
+  const cohorts = cohortsOf(data);
+  if (cohorts.length) parts.push({ title: "Drawn people", key: "population", items: cohorts.map((_, i) => [...COHORTS, i]) });
   const robots = robotsOf(data);
   const places = robots.flatMap((it) => [startOf(it), goalOf(it)]);
   parts.push({ title: robots.length > 1 ? "Robots" : "Robot", key: ROBOT, items: places.filter((path, i) => i % 2 === 0 || isPose(valueAt(data, path))) });

@@ -1,3 +1,4 @@
+import { COHORTS } from "./things.js";
 import { applied, isWithin, samePath, sameValue, valueAt } from "./data.js";
 
 /**
@@ -31,6 +32,7 @@ export function makeStore(host) {
     outlines: {},
     faults: [],
     catalog: { schema: {}, defaults: {}, behaviors: [], planners: [], models: [], robots: [], metrics: [], templates: [], examples: [], furniture: [], ready: false },
+    drawn: [],
     selection: [],
     text: "",
     places: [],
@@ -200,6 +202,11 @@ export function makeStore(host) {
       const { kind: _, id: __, ...rest } = message;
       store.catalog = { ...store.catalog, ...rest };
       store.tell("catalog", message);
+    },
+    drawn({ people, seed }) {
+      // The drawing holds as long as its cohort is the same.
+      store.drawn = people.map((it) => ({ ...it, seed, source: valueAt(store.data, [...COHORTS, it.cohort]) }));
+      store.tell("drawn");
     },
     worker(message) {
       store.worker = message;

@@ -9,6 +9,7 @@ export const HUMANS = "humans";
 export const ROBOT = "robot";
 export const ROBOTS = "robots";
 export const PLACES = "places";
+export const COHORTS = ["population", "cohorts"];
 const WORLD = "world";
 
 const TURN = 2 * Math.PI;
@@ -18,6 +19,15 @@ export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].fi
 
 /** Returns the list of places. */
 export const placesOf = (data) => (Array.isArray(data[PLACES]) ? data[PLACES].map((it) => (it && typeof it === "object" ? it : {})) : []);
+
+/** Returns the cohorts of the population. */
+export const cohortsOf = (data) => {
+  const cohorts = valueAt(data, COHORTS);
+  return Array.isArray(cohorts) ? cohorts : [];
+};
+
+/** Returns the people whom the seed draws for the cohorts of data. */
+export const drawnOf = (store, data) => store.drawn.filter((it) => it.source && cohortsOf(data).includes(it.source));
 
 /** Returns the poses at which a place is used, apart from its own. */
 export const slotsOf = (place) => (Array.isArray(place?.slots) ? place.slots.filter(isPoint) : []);
@@ -83,6 +93,7 @@ export function nameOf(data, path) {
   const depth = { [HUMANS]: 2, [PLACES]: 2, [WORLD]: 3, population: 3 }[path[0]];
   if (path.length > depth) return [nameOf(data, path.slice(0, depth)), ...path.slice(depth).filter((it) => typeof it === "string")].join(" ");
   const value = valueAt(data, path);
+  if (path.length === 3 && path[1] === "cohorts") return value?.name || `cohort ${path[2] + 1}`;
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (isPlace(path)) return value?.name || `place_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {

@@ -85,6 +85,7 @@ def answer(channel: Channel, message: Message) -> None:
     # Loaded late, so that the process can end with its parent meanwhile.
     if message["do"] == "check":
         from hunav_drake.editor.worker.names import (
+            find_drawn_people,
             find_model_outlines,
             find_names_faults,
         )
@@ -96,6 +97,7 @@ def answer(channel: Channel, message: Message) -> None:
                 "ticket": message["ticket"],
                 "faults": find_names_faults(*question),
                 "models": find_model_outlines(*question),
+                "drawn": find_drawn_people(*question),
             }
         )
     else:

@@ -58,7 +58,9 @@ def _last(robot: Recording) -> int:
     """Returns the index of the instant at which a robot ended."""
     if robot.end_time is None:
         return -1
-    return int(np.searchsorted(robot.times, robot.end_time).clip(0, len(robot) - 1))
+    return int(
+        np.searchsorted(robot.times, robot.end_time).clip(0, len(robot) - 1)
+    )
 
 
 def _arrivals(result: TrialResult) -> Iterator[dict[str, Any]]:
