@@ -39,9 +39,9 @@ _TOUCH = 0.005
 
 
 class _Wall(NamedTuple):
-    """A wall in the list: its index, its data and its footprint."""
+    """A wall: its number in the list, its data and its footprint."""
 
-    index: int
+    number: int
     data: dict[str, Any]
     made: Any
     shape: Any
@@ -85,14 +85,14 @@ def door_operations(
     for wall in reversed(walls):
         if _share(wall.shape, opening) <= 0:
             continue
-        path = ["world", "walls", wall.index]
+        path = ["world", "walls", wall.number]
         pieces = list(_pieces(wall, opening))
         if not pieces:
             operations.append(("remove", path))
         for k, piece in enumerate(pieces):
             if k and piece.get("name"):
                 piece["name"] = _free_name(piece["name"], names)
-            here = [*path[:2], wall.index + k]
+            here = [*path[:2], wall.number + k]
             operations.append(("insert" if k else "set", here, piece))
     return operations
 
@@ -126,11 +126,11 @@ def _opening(walls: list[_Wall], near: _Wall, point: Any) -> Any:
     frame = math.atan2(along[1], along[0])
     for k in range(round(_FARTHEST / _STEP) + 1):
         for sign in (1, -1)[: 2 if k else 1]:
-            center = start + sign * k * _STEP * along
-            span = _span(solid, (*center, frame))
+            x, y = (start + sign * k * _STEP * along).tolist()
+            span = _span(solid, (x, y, frame))
             if span is None:
                 continue
-            door = _rectangle((*center, frame), DOOR / 2, *span)
+            door = _rectangle((x, y, frame), DOOR / 2, *span)
             if not door.intersects(round_ones):
                 return door
     return None
@@ -149,13 +149,15 @@ def _direction(shape: Any, point: Any) -> Array:
 
 
 def _rectangle(
-    pose: tuple[float, ...], half: float, low: float, high: float
+    pose: tuple[float, float, float], half: float, low: float, high: float
 ) -> Any:
     corners = [(-half, low), (half, low), (half, high), (-half, high)]
     return shapely.Polygon(turned(np.array(corners), pose))
 
 
-def _span(solid: Any, pose: tuple[float, ...]) -> tuple[float, float] | None:
+def _span(
+    solid: Any, pose: tuple[float, float, float]
+) -> tuple[float, float] | None:
     """Returns from where to where a door cuts, across the wall.
 
     It is None if there is no wall to cut on its whole width, no wall on both

@@ -44,9 +44,8 @@ def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:
         yield from _moved(loc, value, (length, x, y), label)
     elif found := _TO.search(message):
         if isinstance(value, list):
-            x, y = found.groups()
-            moved = [float(x), float(y), *value[2:]]
-            label = f"Move the goal to ({x}, {y})"
+            moved = [*map(float, found.groups()), *value[2:]]
+            label = f"Move the goal to ({found[1]}, {found[2]})"
             yield _fix(label, ["set", list(loc), moved])
     elif found := _ASIDE.match(message):
         yield from _moved(loc, value, (float(found[1]), 1.0, 0.0))

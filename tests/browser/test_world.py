@@ -346,3 +346,83 @@ def test_furniture_is_repeated_in_rows_and_columns(open_editor):
     assert len({it["name"] for it in parts}) == 6
     editor.page.locator(".step").first.click()
     editor.wait(lambda it: it.text == SMALL)
+
+
+def test_keys_work_before_a_click_and_after_a_button(open_editor):
+    editor = open_editor(SMALL)
+    tool = editor.page.locator(".map")
+    for key, name in (("p", "person"), ("w", "wall"), ("f", "furniture")):
+        editor.press(key)
+        editor.expect(tool).to_have_attribute("data-tool", name)
+        editor.press("Escape")
+    # The list of parts has the focus, and the buttons above.
+    editor.page.locator('[data-row="humans/1"]').click()
+    editor.press("Delete")
+    editor.wait(lambda it: len(it.data["humans"]) == 1)
+    editor.page.locator(".step.undo").click()
+    editor.wait(lambda it: it.text == SMALL)
+    editor.press("g")
+    editor.expect(tool).to_have_attribute("data-tool", "goal")
+    # Fields take letters as letters.
+    editor.page.get_by_label("Search the parts").press_sequentially("rp")
+    editor.expect(tool).to_have_attribute("data-tool", "goal")
+
+
+def test_furniture_is_chosen_by_its_picture_and_drawn_from_above(open_editor):
+    editor = open_editor(SMALL)
+    cards = editor.page.locator(".palette .kind-card")
+    editor.press("f")
+    # This scenario has a table; the others follow by how common they are.
+    assert cards.all_inner_texts()[:3] == ["table", "chair", "shelf"]
+    for k in range(cards.count()):
+        box = cards.nth(k).locator(".shape").bounding_box()
+        assert min(box["width"], box["height"]) > 3
+    cards.get_by_text("bed", exact=True).click()
+    editor.click(-1, -1.5)
+    editor.wait(lambda it: len(it.data["world"]["furniture"]) == 2)
+    bed = editor.part("world/furniture/1")
+    # Frame, mattress, blanket, pillow and headboard, and what it is.
+    editor.settle()
+    assert bed.locator(".piece").count() >= 4
+    editor.expect(bed.locator(".kind")).to_have_text("bed")
+    headboard = bed.locator(".piece").last.bounding_box()
+    whole = bed.locator(".shape").bounding_box()
+    assert abs(headboard["x"] - whole["x"]) < 2
+    assert headboard["width"] < 0.2 * whole["width"]
+    # It turns with its parts.
+    editor.press("Escape", "]", "]")
+    editor.settle()
+    turned = bed.locator(".piece").last.bounding_box()
+    assert turned["width"] > 1.5 * headboard["width"]
+    # What is used most comes first.
+    for x in (1, 3):
+        editor.press("f")
+        cards.get_by_text("bed", exact=True).click()
+        editor.click(x, -1.5)
+    editor.press("Escape")
+    editor.press("f")
+    assert cards.first.inner_text() == "bed"
+
+
+def test_the_step_to_undo_is_readable(open_editor):
+    editor = open_editor(SMALL, view={"width": 1280, "height": 800})
+    editor.part("humans/1").click()
+    editor.page.get_by_role("button", name="Duplicate (Ctrl+D)").click()
+    name = editor.page.locator(".step.undo .step-name")
+    editor.expect(name).to_have_text("Copy bruno")
+    # Nothing of it is cut off, also with a long one and many problems.
+    shows = "it => it.scrollWidth <= it.clientWidth + 1"
+    assert name.evaluate(shows)
+    editor.tool("robot-goal")
+    editor.drag((3, 1.5), (4, 1.5))
+    editor.expect(name).to_have_text("Place the robot's goal")
+    assert name.evaluate(shows)
+
+
+def test_on_a_telephone_the_settings_are_below_the_map(open_editor):
+    editor = open_editor(SMALL, view={"width": 390, "height": 800})
+    for selector in (".map", ".right", ".tool-bar", ".button.primary"):
+        box = editor.page.locator(selector).first.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 390
+        assert box["y"] + box["height"] <= 800

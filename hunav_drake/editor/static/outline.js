@@ -84,6 +84,7 @@ export function makeOutline(store) {
       mark.style.setProperty("--ink", inkOn(color));
       note.textContent = groupOf(person) >= 0 ? `group ${groupOf(person)}` : "";
     }
+    if (path[1] === "cohorts") note.textContent = String(store.get(path)?.number ?? "");
     mark.className = person ? "mark who" : `mark of-${isPlace(path) ? "place" : isRobotPlace(path) ? `robot-${path.at(-1)}` : path.length === 2 ? path.join("-") : path[1]}`;
     if (isRobotPlace(path)) paintRobot(mark, robotColor(catalog, path[1], robotsOf(data).length));
     const faults = store.faults.filter((it) => isWithin(it.path, path) || (path[0] === ROBOTS && path.at(-1) === "start" && isWithin(it.path, robotPath(path)) && it.path[3] !== "goal"));

@@ -20,7 +20,7 @@ export function makePlayer(move) {
   const earlier = button("up", "Event before (Alt+Left)", () => jump(-1), { class: "button square event-before" });
   const after = button("up", "Next event (Alt+Right)", () => jump(1), { class: "button square event-after" });
   const track = h("div", { class: "track" }, slider, marks);
-  const element = h("div", { class: "player" }, play, earlier, track, after, clock, pace, note);
+  const element = h("div", { class: "player" }, play, earlier, track, after, clock, pace);
   let events = [];
 
   const time = () => Number(slider.value);
@@ -81,6 +81,8 @@ export function makePlayer(move) {
 
   return {
     element,
+    /** What happens at the shown time. */
+    note,
     pause,
     get time() {
       return time();

@@ -64,7 +64,8 @@ export function makeRunsPanel(store) {
   const csv = button("save", "Download the table as a CSV file", () => download(), { text: "CSV", class: "button" });
   const table = makeRunTable(store, choose, overlay);
   const empty = h("p", { class: "empty run-empty" });
-  const bar = h("div", { class: "run-bar", hidden: true }, player.element, map);
+  const bar = h("div", { class: "run-bar", hidden: true }, player.element, player.note, map);
+  const reason = h("p", { class: "run-reason", hidden: true });
   const line = h("div", { class: "run-line", hidden: true }, h("span", { class: "run-note" }, "In a terminal:"), command, copy, csv);
   const field = (text, control, note = "") => h("label", { class: "run-field" }, h("span", { class: "label" }, text), control, note && h("span", { class: "help shown" }, note));
   const element = h(
@@ -81,7 +82,7 @@ export function makeRunsPanel(store) {
       state,
       progress,
     ),
-    h("div", { class: "run-main" }, outdated, bar, empty, table.element, line),
+    h("div", { class: "run-main" }, outdated, bar, reason, empty, table.element, line),
   );
 
   const isBusy = () => [...runs.values()].some((it) => !it.result);
@@ -93,6 +94,9 @@ export function makeRunsPanel(store) {
     empty.hidden = done.length > 0;
     empty.textContent = isBusy() ? "The metrics of the trial appear here when it has ended." : "Press Run. The robots and the people then move on the map, and the metrics of the trial appear here.";
     bar.hidden = !chosen?.paths;
+    const early = (chosen?.ends ?? []).map((it) => `${it.robot ? `${it.robot}: ` : ""}${endOf({ end_reason: it.reason })} at (${it.at.map((x) => x.toFixed(2)).join(", ")})${it.message ? `: ${it.message}` : ""}`);
+    reason.hidden = !early.length;
+    reason.textContent = early.join("; ");
     line.hidden = !chosen;
     command.textContent = chosen?.command ?? "";
     outdated.hidden = !done.length || revision === store.revision;
@@ -110,7 +114,7 @@ export function makeRunsPanel(store) {
     if (status === "dead") state.textContent = message;
     else if (status !== "ready" && !(all.some((it) => it.result || it.progress !== undefined))) state.textContent = `${message || "Loading the simulation."}${going.length ? " The run begins when it is ready." : ""}`;
     else if (going.length) state.textContent = all.length > 1 ? `${done.length} of ${all.length} runs are done` : "";
-    else state.textContent = done.length === 1 ? [endOf(done[0].result), done[0].result.error ?? (done[0].result.ends.length ? done[0].result.message : "")].filter(Boolean).join(": ") : done.length ? `${done.length} runs are done` : "";
+    else state.textContent = done.length === 1 ? [endOf(done[0].result), done[0].result.error ?? ""].filter(Boolean).join(": ") : done.length ? `${done.length} runs are done` : "";
     const moving = going.filter((it) => it.progress !== undefined).slice(0, 4);
     progress.hidden = !moving.length;
     fill(

@@ -77,8 +77,11 @@ def _arrivals(result: TrialResult) -> Iterator[dict[str, Any]]:
 
 
 def _reactions(run: Recording) -> Iterator[dict[str, Any]]:
+    if run.behavior_status is None:
+        return
+    reacts = run.behavior_status != 0
     for i, name in enumerate(run.human_names):
-        for begin, end in _stretches(run.times, run.behavior_status[:, i] != 0):
+        for begin, end in _stretches(run.times, reacts[:, i]):
             text = f"{name} ({run.behaviors[i]}) reacts to the robot"
             yield _event("reaction", begin, end, text)
 
