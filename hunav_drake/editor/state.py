@@ -131,8 +131,8 @@ class State:
         # The worker knows more of a place than the fast checks.
         fast = [(it, "error") for it in self.findings if it.loc not in told]
         for found, severity in [*fast, *checked]:
-            line = document.line(found.loc)
-            result.append(message_of(found, data, line, severity))
+            at = document.line(found.loc)
+            result.append(message_of(found, data, at, severity))
         return [*result, *self._warnings()]
 
     def scenario(self) -> Scenario:

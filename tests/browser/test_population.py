@@ -11,6 +11,7 @@ DRAWN = """\
 # Guests come from the south.
 humans:
   - {name: ana, pose: [0, 0, 0]}
+robot: {start: [-6, 0, 0]}
 population:
   seed: 3
   cohorts:
@@ -98,7 +99,7 @@ def test_a_cohort_becomes_listed_people_by_the_keyboard(open_editor, worker):
     row = '[data-row="population/cohorts/1"]'
     editor.tab_to(row)
     editor.press("Enter")
-    editor.tab_to('.actions [aria-label^="Make these people"]')
+    editor.tab_to('[title^="Lists these people"]')
     editor.press("Enter")
     editor.wait(lambda it: len(it.data["humans"]) == 3)
     assert len(at(editor.session.data, ["population", "cohorts"])) == 1

@@ -322,7 +322,7 @@ STUCK = """\
 world:
   walls: [{type: box, name: bar, center: [2, 0], size: [0.2, 30]}]
 humans:
-  - {name: ana, pose: [0, 0.8, 3], goals: [[-4, 0.5]], behavior: surprised}
+  - {name: ana, pose: [1, 1.6, 3], goals: [[-4, 1.6]], behavior: surprised}
 robot: {start: [-2, 0, 0], goal: [4, 0, 0]}
 planner: pursuit
 simulation: {duration: 30.0, stuck_time: 3.0, start_jitter: 0.2}

@@ -2,6 +2,14 @@ import { button, h, refill, svg } from "./dom.js";
 import { sentence } from "./fields.js";
 import { applyFix } from "./problems.js";
 
+/** Returns the corners of a background, in meters. */
+export function cornersOf(background) {
+  if (!background) return [];
+  const { width_m: w, height_m: d, origin: [x, y, yaw = 0] } = background;
+  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+  return [[0, 0], [w, 0], [w, d], [0, d]].map(([u, v]) => [x + c * u - s * v, y + s * u + c * v]);
+}
+
 /**
  * The parts behind and beside the map: the grid, the background image,
  * the scale bar, the coordinates and the buttons of the view.

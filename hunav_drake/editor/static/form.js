@@ -1,7 +1,7 @@
 import { button, fill, h, refill } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { COHORTS, PLACES, ROBOT, ROBOTS, isGoal, isOnMap, isPerson, isRobotPlace, nameOf, placeOf, placesOf, robotPath, robotsOf } from "./things.js";
-import { alignOps, deleteOps, duplicateOps, copied, groupOps, ownPeopleOps, wordsFor } from "./changes.js";
+import { PLACES, ROBOT, ROBOTS, isGoal, isOnMap, isPerson, isRobotPlace, placeOf, placesOf, robotPath, robotsOf } from "./things.js";
+import { alignOps, deleteOps, duplicateOps, copied, groupOps, wordsFor } from "./changes.js";
 import { describe, memberOf, nodeAt } from "./schema.js";
 import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
@@ -101,13 +101,7 @@ export function makeFormPanel(store) {
     const people = selection.filter(isPerson);
     const parts = selection.filter(isOnMap);
     const places = parts.map((path) => ({ path, at: placeOf(data, store.outlines, path) }));
-    const index = selection.length === 1 && keyOf(selection[0].slice(0, 2)) === keyOf(COHORTS) ? selection[0][2] : null;
-    const own = index === null ? { paths: [] } : ownPeopleOps(store, index);
     return [
-      own.paths.length > 0 && button("person", "Make these people your own: listed, and no longer drawn", () => {
-        store.edit(`Make ${own.paths.length} people of ${nameOf(data, selection[0])} their own`, own.ops);
-        store.select(own.paths);
-      }),
       people.length > 1 && button("group", "Make a group (Ctrl+G)", () => store.edit(`Group ${wordsFor(data, people)}`, groupOps(data, people, true))),
       parts.length > 1 && button("alignx", "Align on one vertical line", () => store.edit(`Align ${wordsFor(data, parts)}`, alignOps(data, places, 0))),
       parts.length > 1 && button("aligny", "Align on one horizontal line", () => store.edit(`Align ${wordsFor(data, parts)}`, alignOps(data, places, 1))),
@@ -125,7 +119,6 @@ export function makeFormPanel(store) {
   store.listen("catalog", build);
   store.listen("data", build);
   store.listen("faults", refresh);
-  store.listen("drawn", refresh);
   return withHelp(element);
 }
 

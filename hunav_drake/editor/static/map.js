@@ -4,7 +4,7 @@ import { PLACES, ROBOTS, boundsOf, drawnOf, goalOf, groupOf, isPoint, isPose, na
 import { ChainShape, PersonShape, PlaceShape, RobotShape, WorldShape, outline } from "./shapes.js";
 import { lookOf, robotColor } from "./looks.js";
 import { View } from "./view.js";
-import { makeBackdrop } from "./backdrop.js";
+import { cornersOf, makeBackdrop } from "./backdrop.js";
 import { makeMarks } from "./marks.js";
 import { drawHandles } from "./handles.js";
 
@@ -139,6 +139,9 @@ export function makeMap(store) {
     layers.groups.replaceChildren(...paths.map((it) => svg("path", { class: "group", d: it })));
   }
 
+  /** The box around all parts, and around a background. */
+  const bounds = () => boundsOf(store.data, store.outlines, cornersOf(store.background));
+
   /** Updates it after a change of the view. */
   function showView() {
     world.setAttribute("transform", view.matrix);
@@ -178,7 +181,7 @@ export function makeMap(store) {
     /** Shows the whole scenario. */
     fit() {
       isFitted = true;
-      view.fit(boundsOf(store.data, store.outlines));
+      view.fit(bounds());
       showView();
     },
 
@@ -252,6 +255,7 @@ export function makeMap(store) {
       map.fit();
     }
   });
+  store.listen("background", () => fitted && isFitted && map.fit());
   store.listen("faults", marks);
   store.listen("selection", () => {
     marks();
@@ -262,7 +266,7 @@ export function makeMap(store) {
     [view.width, view.height] = [element.clientWidth, element.clientHeight];
     if (!view.width || !view.height) return;
     if (fitted && isFitted) {
-      view.fit(boundsOf(store.data, store.outlines));
+      view.fit(bounds());
     } else if (fitted) {
       const [px, py] = view.toScreen(...middle);
       view.pan(view.width / 2 - px, view.height / 2 - py);

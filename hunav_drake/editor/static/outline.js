@@ -3,7 +3,7 @@ import { isWithin, keyOf, pathOf, samePath, valueAt } from "./data.js";
 import { COHORTS, HUMANS, PLACES, cohortsOf, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPlace, isPose, isRobotPlace, nameOf, peopleOf, placesOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
 import { lookOf, paintRobot, robotColor } from "./looks.js";
 import { inkOn } from "./shapes.js";
-import { robotOps } from "./changes.js";
+import { ownPeopleOps, robotOps } from "./changes.js";
 
 /** Returns the parts by section: [{title, key, items: [path...]}]. */
 export function partsOf(data) {
@@ -26,6 +26,18 @@ export function addRobot(store) {
   const { ops, path } = robotOps(store.data, store.catalog.defaults, store.outlines);
   store.edit("Add a robot", ops);
   store.select([path]);
+}
+
+/** Returns the button that makes the people of the selected cohort people of their own, if they are known. */
+function ownButton(store) {
+  const [path] = store.selection.filter((it) => it[1] === "cohorts");
+  const { ops, paths } = path ? ownPeopleOps(store, path[2]) : { paths: [] };
+  if (!paths.length) return null;
+  const act = () => {
+    store.edit(`Make ${paths.length} people of ${nameOf(store.data, path)} their own`, ops);
+    store.select(paths);
+  };
+  return button("person", "Lists these people where they are; the seed no longer draws them", act, { text: "Make them your own" });
 }
 
 /** Creates the list of all parts, with a search. */
@@ -124,6 +136,7 @@ export function makeOutline(store) {
           h("span", { class: "row-note" }, String(items.length)),
         ),
         open ? found.map(update) : null,
+        open && key === "population" && !wanted ? ownButton(store) : null,
         open && key === ROBOT && !wanted ? button("plus", "Add a robot beside the last one, with the same properties", () => addRobot(store), { text: "Add robot" }) : null,
       );
     });
@@ -133,7 +146,7 @@ export function makeOutline(store) {
   }
 
   const later = atFrame(show);
-  for (const kind of ["data", "catalog"]) store.listen(kind, later);
+  for (const kind of ["data", "catalog", "drawn"]) store.listen(kind, later);
   let wrong = [];
   store.listen("faults", () => {
     // Only rows whose faults have changed.

@@ -210,8 +210,9 @@ export function outlinesAfter(data, outlines, ops) {
 }
 
 /** Returns the box [x0, y0, x1, y1] around all parts on the map. */
-export function boundsOf(data, outlines) {
-  const points = Object.values(outlines).flatMap((it) => it?.points ?? []);
+export function boundsOf(data, outlines, more = []) {
+  const points = [...more];
+  for (const it of Object.values(outlines)) points.push(...(it?.points ?? []));
   for (const person of peopleOf(data)) {
     if (isPoint(person.pose)) points.push(person.pose);
     points.push(...goalsOf(person).map(({ at }) => at));
