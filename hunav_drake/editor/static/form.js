@@ -7,7 +7,7 @@ import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
 /** The first fields of a person, a wall or the robot. */
-const FIRST = ["name", "type", "slots", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
+const FIRST = ["name", "number", "type", "slots", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
 
 /** Returns the parts that have forms: the person of a goal, the robot. */
 function ownersOf(paths) {

@@ -91,7 +91,8 @@ export function makeGhosts(store, overlaid = "") {
       fill(ways, ...ghosts.map((it) => it.line).reverse());
       fill(bodies, ...ghosts.map((it) => it.body).reverse());
     }
-    if (!ways.isConnected) store.ghosts.append(ways, bodies, ends);
+    // The chosen run is above the others.
+    if (!ways.isConnected) store.ghosts[overlaid ? "prepend" : "append"](ways, bodies, ends);
     store.dim(true);
   }
 
