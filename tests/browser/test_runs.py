@@ -354,7 +354,7 @@ def test_a_run_tells_where_it_got_stuck_and_what_happened(open_with_worker):
     editor.expect(note).to_contain_text("ana (surprised) reacts to the robot")
     slider.focus()
     editor.press("End")
-    editor.expect(note).to_contain_text("the robot: stuck")
+    editor.expect(note).to_contain_text("the robot is stuck")
     # The other seeds are laid over it, in their colors.
     lines = editor.page.locator(".overlaid .ghost-way.of-robot")
     boxes = editor.page.locator(".run-over input")

@@ -13,8 +13,12 @@ from hunav_drake.trial.result import TrialResult
 # At most so many events are told; the shortest ones are left out.
 _MOST = 400
 
-# The ends that have a place on the map.
-_SHOWN = ("stuck", "timeout", "planner_failed")
+# The ends that have a place on the map, in words.
+_EARLY = {
+    "stuck": "is stuck",
+    "timeout": "is out of time",
+    "planner_failed": "has no plan, because its planner failed",
+}
 
 
 def events_of(result: TrialResult) -> list[dict[str, Any]]:
@@ -35,14 +39,14 @@ def ends_of(result: TrialResult) -> list[dict[str, Any]]:
     ends = []
     for robot in result.recording.robots:
         reason = result.robot_ends.get(robot.robot_name, result.end_reason)
-        if reason in _SHOWN and len(robot):
+        if reason in _EARLY and len(robot):
             x, y = robot.robot[_last(robot), :2].tolist()
             place = [round(x, 3), round(y, 3)]
             message = result.end_message
-            if robot.robot_name:
-                # The message has one part for each robot.
-                parts = message.split(f"{robot.robot_name}: ")
-                message = parts[-1].split("); ")[0].partition(" (")[2]
+            if name := robot.robot_name:
+                # The message has one part for each robot, in brackets.
+                part = f"{message}; ".partition(f"{name}: ")[2]
+                message = part.partition(" (")[2].partition("); ")[0]
             ends.append(
                 {
                     "robot": robot.robot_name,
@@ -70,9 +74,9 @@ def _arrivals(result: TrialResult) -> Iterator[dict[str, Any]]:
         time = robot.end_time
         if time is None:
             time = result.end_time
-        words = "reaches the goal" if reason == "goal" else reason
-        if reason in ("goal", *_SHOWN):
-            text = f"{name or 'the robot'}: {words.replace('_', ' ')}"
+        words = {"goal": "reaches the goal", **_EARLY}.get(reason)
+        if words is not None:
+            text = f"{name or 'the robot'} {words}"
             yield _event("end", float(time), float(time), text)
 
 
