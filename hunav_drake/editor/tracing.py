@@ -14,12 +14,13 @@ from hunav_drake.systems.world.solids import turned
 # ones, if that is too coarse.
 _TOLERANCES = (1.0, 0.5, 0.25)
 
+# How much of its area a wall may win or lose by that.
+_CHANGE = 0.2
+
 # The smallest wall, in cells.
 _MIN_AREA = 2.0
 
-# How many dark cells are looked at, and how near a wall they must be, in cells,
-# so that they count as traced.
-_SAMPLE = 500
+# Dark cells that are this near to a wall, in cells, are traced.
 _NEAR = 2.0
 
 # With more walls, the image is probably noise.
@@ -63,11 +64,9 @@ def is_traced(background: Background, outlines: Iterable[Any]) -> bool:
         background: The background; without dark cells, it is traced.
         outlines: Of all walls, points (x, y) in W, in meters.
     """
-    cells = np.argwhere(background.occupied)
-    if not len(cells):
+    if not len(background.sample):
         return True
-    some = cells[np.linspace(0, len(cells) - 1, _SAMPLE).astype(int)]
-    places = turned((some[:, ::-1] + 0.5) * background.cell, background.origin)
+    places = turned(background.sample * background.cell, background.origin)
     shapes = [
         (shapely.Polygon if len(points) > 2 else shapely.LineString)(points)
         for points in outlines
@@ -76,7 +75,7 @@ def is_traced(background: Background, outlines: Iterable[Any]) -> bool:
     at, _ = shapely.STRtree(shapes).query(
         shapely.points(places), predicate="dwithin", distance=reach
     )
-    return len(np.unique(at)) > _SAMPLE / 2
+    return len(np.unique(at)) > len(places) / 2
 
 
 def _simplified(outline: Any) -> Any:
@@ -88,6 +87,8 @@ def _simplified(outline: Any) -> Any:
         simple = whole.simplify(tolerance)
         if isinstance(simple, shapely.Polygon) and simple.is_valid:
             corners = shapely.get_coordinates(simple.exterior)[:-1]
-            if len(corners) >= 3 and simple.area > 0:
+            # A thin wall must not lose its thickness.
+            kept = abs(simple.area - whole.area) < _CHANGE * whole.area
+            if len(corners) >= 3 and kept:
                 return corners
     return outline

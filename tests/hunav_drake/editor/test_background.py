@@ -203,3 +203,24 @@ def test_the_map_of_a_scenario_is_shown_only_from_its_folder(tmp_path):
     assert fault["severity"] == "warning"
     assert "outside the folder" in fault["message"]
     assert view.messages[0]["outlines"] == {}
+
+
+def test_thin_walls_keep_their_thickness_and_are_traced(view, tmp_path):
+    rows = ["#" * 80, *["#" + "." * 78 + "#"] * 58, "#" * 80]
+    session = view.session
+    session.set_map(write_map(tmp_path, rows))
+    (fault,) = session.faults
+    assert "everybody walks through it" in fault["message"]
+    view.ask("trace")
+    assert session.faults == []
+    walls = [
+        shapely.Polygon(it["points"]) for it in view.data["world"]["walls"]
+    ]
+    # One cell of 0.1 m all around a hall of 8 m by 6 m.
+    area = sum(it.area for it in walls)
+    assert area == pytest.approx(2 * (8 + 5.8) * 0.1, rel=0.2)
+    # Its background may be removed; then nothing is missing either.
+    view.ask("undo")
+    assert len(session.faults) == 1
+    answer, told = view.ask("background", files={}, remove=True)
+    assert (answer["image"], told["faults"]) == (None, [])
