@@ -264,6 +264,35 @@ def test_rooms_side_by_side_share_a_wall_and_a_door(open_editor):
     editor.wait(lambda it: not it.data.get("world"))
 
 
+def test_a_room_and_a_door_are_made_by_the_keyboard(open_editor):
+    one = "{type: box, name: a, center: [0, 0], size: [0.15, 4]}"
+    text = f"world: {{walls: [{one}]}}\nrobot: {{start: [-2, 0, 0]}}\n"
+    editor = open_editor(text)
+    # From beside the wall, in the middle of the view, to the right.
+    x, _ = editor.world(*middle_of(editor.page.locator(".map")))
+    editor.press("O")
+    steps = round((x - 0.1) * 10)
+    editor.press(*["ArrowLeft" if steps > 0 else "ArrowRight"] * abs(steps))
+    editor.press(" ", "Shift+ArrowRight", "Shift+ArrowRight")
+    editor.press("Shift+ArrowUp", " ")
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == 4)
+    walls = lines(editor.session)
+    # The wall is the western one of the room.
+    assert sum(abs(place[0]) < 0.2 for place, _ in walls) == 1
+    editor.press("Escape", "d")
+    steps = round(10 * x)
+    editor.press(*["ArrowLeft" if steps > 0 else "ArrowRight"] * abs(steps))
+    editor.press(" ")
+    editor.wait(lambda it: len(it.data["world"]["walls"]) == 5)
+    editor.undo_all()
+    editor.wait(lambda it: it.text == text)
+
+
+def middle_of(locator):
+    box = locator.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
 def test_a_door_cuts_all_walls_that_it_crosses(open_editor):
     two = """\
 world:

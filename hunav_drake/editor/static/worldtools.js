@@ -96,6 +96,7 @@ function areaTool(store, map, face, partsFor, shape = BOX) {
     down(place, event) {
       // With the keyboard, each press sets a corner.
       if (!event.pointerId) {
+        place = store.snapped(place, event, { corners: true, lines: face.lines, from: first ?? place });
         if (first) end(first, place);
         first = first ? null : place;
         return null;
