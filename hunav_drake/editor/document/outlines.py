@@ -128,10 +128,10 @@ def _furniture(data: Any) -> list[Outline]:
     except ValidationError:
         return []
     kind, height = name_of(part), part.height
-    first, *others = (
-        _outline(points, kind, height) for points in part.footprints()
-    )
-    return [{**first, "pieces": _from_above(part)}, *others]
+    result = [_outline(points, kind, height) for points in part.footprints()]
+    for first in result[:1]:
+        first["pieces"] = _from_above(part)
+    return result
 
 
 def _from_above(part: Furniture) -> list[list[Any]]:
@@ -151,8 +151,9 @@ def _from_above(part: Furniture) -> list[list[Any]]:
 def pictures() -> list[dict[str, Any]]:
     """Returns all kinds of furniture at their usual size, seen from above."""
     return [
-        {"type": kind, **_furniture({"type": kind, "center": [0.0, 0.0]})[0]}
+        {"type": kind, **picture}
         for kind in FURNITURE
+        for picture in _furniture({"type": kind, "center": [0.0, 0.0]})[:1]
     ]
 
 
