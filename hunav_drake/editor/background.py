@@ -4,6 +4,7 @@ import base64
 import binascii
 from collections.abc import Mapping
 import dataclasses as dc
+from functools import cached_property
 import io
 from pathlib import Path, PurePosixPath, PureWindowsPath
 import tempfile
@@ -13,7 +14,7 @@ import warnings
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from hunav_drake.systems.common.arrays import Mask
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.schema import MAX_COORDINATE
 from hunav_drake.systems.world.maps.map_file import (
     MAX_CELLS,
@@ -26,6 +27,9 @@ _USUAL_CELL = 0.05
 
 # Pixels of a picture that are darker than this are walls.
 _DARK = 100
+
+# How many dark cells stand for all of them.
+_SAMPLE = 500
 
 # The maximum width and height of the image on the page, in pixels.
 _MAX_SIDE = 4096
@@ -54,6 +58,15 @@ class Background:
     cell: float
     origin: tuple[float, float, float]
     is_map: bool
+
+    @cached_property
+    def sample(self) -> Array:
+        """Some of its dark cells: their centers (x, y), in cells."""
+        cells = np.argwhere(self.occupied)
+        if not len(cells):
+            return np.zeros((0, 2))
+        some = np.linspace(0, len(cells) - 1, _SAMPLE).astype(int)
+        return cells[some][:, ::-1] + 0.5
 
     def placed(
         self, width: float, origin: tuple[float, float, float]

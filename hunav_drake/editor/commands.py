@@ -12,10 +12,12 @@ from hunav_drake.editor.background import (
 from hunav_drake.editor.document.document import Document
 from hunav_drake.editor.document.plain_data import OperationError
 from hunav_drake.editor.document.steps import Step
+from hunav_drake.editor.doors import door_operations
 from hunav_drake.editor.edited_scenario import EditedScenario
 from hunav_drake.editor.files import FileRefusedError, SessionFile
 from hunav_drake.editor.imports import imported
 from hunav_drake.editor.messages import (
+    Door,
     Edit,
     Import,
     Open,
@@ -46,6 +48,8 @@ def _hello(session: EditedScenario, message: Request) -> None:
     session.send_text(message.id)
     if session.background is not None:
         session.send("background", message.id, **session.background.message())
+    if session.state.drawn["people"]:
+        session.send("drawn", message.id, **session.state.drawn)
     if session.worker is not None:
         session.worker.repeat()
 
@@ -231,6 +235,9 @@ def _import(session: EditedScenario, message: Import) -> None:
 
 
 def _background(session: EditedScenario, message: UseBackground) -> None:
+    if message.remove:
+        session.set_background(None, message.id)
+        return
     if not message.files:
         background = session.background
         place = checked_place(message.width_m, message.origin)
@@ -239,8 +246,7 @@ def _background(session: EditedScenario, message: UseBackground) -> None:
         background = background.placed(*place)
     else:
         background = read_background(message.files, message.name)
-    session.send("background", message.id, **background.message())
-    session.background = background
+    session.set_background(background, message.id)
 
 
 def _trace(session: EditedScenario, message: Trace) -> None:
@@ -259,6 +265,15 @@ def _trace(session: EditedScenario, message: Trace) -> None:
     data = document.after([("set", ("world", "walls"), both)])
     label = f"Trace {len(walls)} walls"
     _change(session, message.id, label, data)
+
+
+def _door(session: EditedScenario, message: Door) -> None:
+    if not _is_present(session, message):
+        return
+    document = session.state.document
+    operations = door_operations(document.data, message.at, message.reach)
+    data = document.after(operations)
+    _change(session, message.id, "Add a door", data)
 
 
 def _run(session: EditedScenario, message: Run) -> None:
@@ -296,7 +311,7 @@ def _cancel(session: EditedScenario, message: Request) -> None:
 
 
 def _is_present(
-    session: EditedScenario, message: Edit | Preview | TypedText | Trace
+    session: EditedScenario, message: Edit | Preview | TypedText | Trace | Door
 ) -> bool:
     """Returns whether a message is about the current revision.
 
@@ -324,6 +339,7 @@ COMMANDS: dict[str, Callable[[EditedScenario, Any], None]] = {
     "import": _import,
     "background": _background,
     "trace": _trace,
+    "door": _door,
     "run": _run,
     "cancel": _cancel,
 }

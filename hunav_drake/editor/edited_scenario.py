@@ -8,11 +8,13 @@ from typing import Any
 
 from hunav_drake.editor.background import Background, map_background
 from hunav_drake.editor.document.document import Document
+from hunav_drake.editor.document.outlines import pictures
 from hunav_drake.editor.document.steps import Step
 from hunav_drake.editor.document.text_patch import difference
-from hunav_drake.editor.faults import DEFERRED
+from hunav_drake.editor.faults import DEFERRED, message_of
 from hunav_drake.editor.files import SessionFile
 from hunav_drake.editor.state import State
+from hunav_drake.editor.tracing import is_traced
 from hunav_drake.scenario.error import Finding, Loc, ScenarioError
 from hunav_drake.scenario.json_schema import scenario_json_schema
 from hunav_drake.scenario.old_words import find_old_words, renewed_text
@@ -115,7 +117,7 @@ class EditedScenario:
     def faults(self) -> list[dict[str, Any]]:
         """Its faults, in the form of the message ``faults``."""
         with self._lock:
-            return self.state.faults()
+            return self.all_faults()
 
     @property
     def scenario(self) -> Scenario:
@@ -163,8 +165,18 @@ class EditedScenario:
             ValueError: If it cannot be read.
         """
         with self._lock:
-            self.background = map_background(filename)
-            self.send("background", **self.background.message())
+            self.set_background(map_background(filename))
+
+    def set_background(
+        self, background: Background | None, number: Any = None
+    ) -> None:
+        """Sets the background, or removes it, and sends it."""
+        self.background = background
+        content = (
+            {"image": None} if background is None else background.message()
+        )
+        self.send("background", number, **content)
+        self.send_faults()
 
     def close(self) -> None:
         """Ends the session, and its worker."""
@@ -237,9 +249,28 @@ class EditedScenario:
     def send_faults(self, number: Any = None) -> None:
         """Sends the faults."""
         state = self.state
-        self.send(
-            "faults", number, revision=state.revision, faults=state.faults()
+        faults = self.all_faults()
+        self.send("faults", number, revision=state.revision, faults=faults)
+
+    def all_faults(self) -> list[dict[str, Any]]:
+        """Returns the faults, and that the background has no walls yet."""
+        state, background = self.state, self.background
+        result = state.faults()
+        if background is None or state.document.problem:
+            return result
+        if is_traced(background, state.wall_points()):
+            return result
+        remedy = "trace its walls"
+        if not background.is_map:
+            remedy = f"set its scale, then {remedy}"
+        found = Finding(
+            ("world", "walls"),
+            f"{background.name} is only a picture so far, and everybody walks"
+            f" through it; {remedy}",
         )
+        told = message_of(found, self.data, severity="warning")
+        fix = {"label": "Trace walls", "do": "trace"}
+        return [*result, {**told, "fix": fix}]
 
     def send_text(self, number: Any) -> None:
         """Sends the text, and the lines of selectable parts."""
@@ -271,6 +302,7 @@ class EditedScenario:
                     for name, text in list_templates().items()
                 ],
                 "examples": shipped_names(),
+                "furniture": pictures(),
                 "ready": False,
             }
         self.send("catalog", number, **self._catalog)
@@ -310,13 +342,20 @@ class EditedScenario:
         state = self.state
         state.checked_data = data
         state.checked = [
-            Finding(
-                tuple(fault["path"]),
-                fault["message"],
-                tuple(tuple(loc) for loc in fault.get("uses", ())),
+            (
+                Finding(
+                    tuple(fault["path"]),
+                    fault["message"],
+                    tuple(tuple(loc) for loc in fault.get("uses", ())),
+                ),
+                fault.get("severity", "error"),
             )
             for fault in content["faults"]
         ]
+        drawn = content.get("drawn", {"people": []})
+        if drawn["people"] or state.drawn["people"]:
+            state.drawn = drawn
+            self.send("drawn", **drawn)
         models = content.get("models", {})
         if models != state.models:
             state.models = models

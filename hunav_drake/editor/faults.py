@@ -7,7 +7,6 @@ from typing import Any
 
 from hunav_drake.editor.document.plain_data import get
 from hunav_drake.editor.fixes import fix_of
-from hunav_drake.editor.free_places import FreePlaces
 from hunav_drake.scenario.building import Check, build_scenario
 from hunav_drake.scenario.checks import (
     check_epsilon,
@@ -73,7 +72,7 @@ def message_of(
     finding: Finding,
     data: Any,
     line: int | None = None,
-    free: FreePlaces | None = None,
+    severity: str = "error",
 ) -> dict[str, Any]:
     """Returns the message to the page about a finding.
 
@@ -81,15 +80,15 @@ def message_of(
         finding: The finding.
         data: The scenario as plain data.
         line: Its line in the text, if known.
-        free: Finds free places for parts that must be moved.
+        severity: "error", or "warning" if the scenario can run all the same.
     """
     message, _, remedy = finding.message.partition("; ")
     return {
         "path": list(finding.loc),
         "message": message,
         "remedy": remedy,
-        "severity": "error",
-        "fix": fix_of(finding, data, free),
+        "severity": severity,
+        "fix": fix_of(finding, data),
         "uses": [list(loc) for loc in finding.uses],
         "line": line,
     }

@@ -6,7 +6,6 @@ import re
 from typing import Any
 
 from hunav_drake.editor.document.plain_data import get
-from hunav_drake.editor.free_places import FreePlaces, radius_at
 from hunav_drake.scenario.error import Finding, Loc
 from hunav_drake.systems.common.old_words import TAG
 
@@ -14,6 +13,9 @@ Fix = dict[str, Any]
 
 _NUMBER = r"(-?[0-9.]+(?:e[-+]?[0-9]+)?)"
 _MOVE = re.compile(rf"move it {_NUMBER} m along \({_NUMBER}, {_NUMBER}\)")
+_TO = re.compile(
+    rf"(?:move the goal to|place inside is) \({_NUMBER}, {_NUMBER}\)"
+)
 _ASIDE = re.compile(rf"starts on the same point .*; move it by {_NUMBER} m")
 _MEANT = re.compile(r"did you mean '([^']*)'\?")
 _RANGE = re.compile(rf"must be in ([(\[]){_NUMBER}, (inf|{_NUMBER})[)\]]")
@@ -22,43 +24,15 @@ _AT_LEAST = re.compile(rf"must be at least \w+(?:\.\w+)? \({_NUMBER}")
 _REPEATS = re.compile(r"repeats points\[[0-9]+\]")
 
 
-def fix_of(
-    finding: Finding, data: Any, free: FreePlaces | None = None
-) -> Fix | None:
-    """Returns the fix of a finding, for the page.
+def fix_of(finding: Finding, data: Any) -> Fix | None:
+    """Returns the fix of a finding in scenario data, for the page.
 
-    Args:
-        finding: The finding.
-        data: The scenario as plain data.
-        free: Finds free places for parts that must be moved; without it, they
-            only avoid the first obstacle.
+    It does what the remedy in the finding's text says.
 
     Returns:
         {"label", "ops"}, or None if there is no automatic fix.
     """
-    fix = next(_fixes(finding, data), None)
-    if fix is not None and free is not None and _MOVE.search(finding.message):
-        return _freed(fix, finding.loc, data, free)
-    return fix
-
-
-def _freed(fix: Fix, loc: Loc, data: Any, free: FreePlaces) -> Fix | None:
-    """Returns a fix that moves a part to a free place."""
-    x, y, *rest = get(data, loc)
-    moved = fix["ops"][0][2]
-    first = moved[0], moved[1]
-    place = free.near((x, y), radius_at(loc, data), first)
-    if place is None:
-        return None
-    if place == first:
-        return fix
-    way = place[0] - x, place[1] - y
-    length = math.hypot(*way)
-    label = (
-        f"Move it {length:.2f} m along"
-        f" ({way[0] / length:.2g}, {way[1] / length:.2g})"
-    )
-    return _fix(label, ["set", list(loc), [*place, *rest]])
+    return next(_fixes(finding, data), None)
 
 
 def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:
@@ -66,7 +40,13 @@ def _fixes(finding: Finding, data: Any) -> Iterator[Fix]:
     value = get(data, loc)
     if found := _MOVE.search(message):
         length, x, y = map(float, found.groups())
-        yield from _moved(loc, value, (length, x, y))
+        label = f"M{found[0][1:]}"
+        yield from _moved(loc, value, (length, x, y), label)
+    elif found := _TO.search(message):
+        if isinstance(value, list):
+            moved = [*map(float, found.groups()), *value[2:]]
+            label = f"Move the goal to ({found[1]}, {found[2]})"
+            yield _fix(label, ["set", list(loc), moved])
     elif found := _ASIDE.match(message):
         yield from _moved(loc, value, (float(found[1]), 1.0, 0.0))
     elif message.startswith("unknown key;") and (
@@ -103,7 +83,7 @@ def _number(loc: Loc, value: float) -> Fix:
 
 
 def _moved(
-    loc: Loc, value: Any, way: tuple[float, float, float]
+    loc: Loc, value: Any, way: tuple[float, float, float], label: str = ""
 ) -> Iterator[Fix]:
     """Yields a fix that moves a point or a pose along a direction."""
     if not isinstance(value, list) or len(value) not in (2, 3):
@@ -111,26 +91,15 @@ def _moved(
     if any(type(it) not in (int, float) for it in value):
         return
     length, x, y = way
-    # The direction is rounded, so the step is rounded up. A point on a wall has
-    # no direction, and moves along x.
+    # A point on a wall has no direction, and moves along x.
     norm = math.hypot(x, y)
     x, y = (x / norm, y / norm) if norm else (1.0, 0.0)
     moved = [
-        _away(value[0], length * x),
-        _away(value[1], length * y),
-        *value[2:],
+        round(it + length * step, 3) if abs(length * step) >= 1e-3 else it
+        for it, step in zip(value, (x, y), strict=False)
     ]
-    label = f"Move it {length:g} m along ({x:.3g}, {y:.3g})"
-    yield _fix(label, ["set", list(loc), moved])
-
-
-def _away(value: float, change: float) -> float:
-    """Returns a sum in whole millimeters, rounded in the change's direction."""
-    if abs(change) < 1e-3:
-        return value
-    scaled = round((value + change) * 1e3, 6)
-    up = math.ceil(scaled) if change > 0 else math.floor(scaled)
-    return up / 1e3
+    label = label or f"Move it {length:g} m along ({x:g}, {y:g})"
+    yield _fix(label, ["set", list(loc), [*moved, *value[2:]]])
 
 
 def _renamed(loc: Loc, data: Any, name: str) -> Iterator[Fix]:

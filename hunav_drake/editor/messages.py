@@ -126,7 +126,7 @@ class Import(Message):
 
 @_message
 class UseBackground(Message):
-    """Sets a map or a picture as background; files are in base64.
+    """Sets or removes a map or a picture as background; files are in base64.
 
     Width and origin, in meters and radians, are for pictures without a map.
     """
@@ -136,6 +136,7 @@ class UseBackground(Message):
     files: Annotated[dict[FileName, Text], Field(max_length=8)]
     width_m: float | None = None
     origin: list[float] | None = None
+    remove: StrictBool = False
 
 
 @_message
@@ -146,6 +147,16 @@ class Trace(Message):
     base: StrictInt
     width_m: float | None = None
     origin: list[float] | None = None
+
+
+@_message
+class Door(Message):
+    """Cuts a door into the walls at a place; lengths are in meters."""
+
+    do: Literal["door"]
+    base: StrictInt
+    at: tuple[float, float]
+    reach: Annotated[float, Field(gt=0, le=10)] = 0.2
 
 
 @_message
@@ -176,6 +187,7 @@ AnyMessage = (
     | Import
     | UseBackground
     | Trace
+    | Door
     | Run
 )
 _ADAPTER: TypeAdapter[AnyMessage] = TypeAdapter(

@@ -15,7 +15,6 @@ from hunav_drake.editor.document.plain_data import changes, get, jsonable
 from hunav_drake.editor.document.steps import Steps
 from hunav_drake.editor.faults import find_faults, inside, message_of
 from hunav_drake.editor.files import SessionFile
-from hunav_drake.editor.free_places import FreePlaces
 from hunav_drake.scenario.building import (
     Places,
     build_scenario,
@@ -32,9 +31,8 @@ from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.world.maps.map_file import map_outlines
 from hunav_drake.systems.world.solids import WorldFileError
 
-# The maximum number of faults with a search for a free place, and of warnings
-# about old words.
-_MAX_FREED = 50
+# The maximum number of warnings about old words.
+_MAX_OLD = 50
 
 
 @dc.dataclass
@@ -59,9 +57,12 @@ class State:
         self._outlines = Outlines()
         self._told: dict[str, Outline] | None = None
         self.findings: list[Finding] = []
-        # The findings of the worker, and the data that it checked.
-        self.checked: list[Finding] = []
+        # The findings of the worker with their severity, and the data that it
+        # checked.
+        self.checked: list[tuple[Finding, str]] = []
         self.checked_data: Any = None
+        # The people whom a seed draws, from the worker.
+        self.drawn: dict[str, Any] = {"people": []}
         # The outlines of models by file, from the worker.
         self.models: Mapping[str, Sequence[ArrayLike]] = {}
 
@@ -125,14 +126,13 @@ class State:
                 found = Finding((), document.problem)
                 result.append(message_of(found, data, 1))
             return result
-        told = set()
-        free = FreePlaces(self._all_outlines())
-        for found in [*self.findings, *self._still_checked()]:
-            if (found.loc, found.message) not in told:
-                told.add((found.loc, found.message))
-                place = document.line(found.loc)
-                some = free if len(told) <= _MAX_FREED else None
-                result.append(message_of(found, data, place, some))
+        checked = self._still_checked()
+        told = {found.loc for found, _ in checked}
+        # The worker knows more of a place than the fast checks.
+        fast = [(it, "error") for it in self.findings if it.loc not in told]
+        for found, severity in [*fast, *checked]:
+            at = document.line(found.loc)
+            result.append(message_of(found, data, at, severity))
         return [*result, *self._warnings()]
 
     def scenario(self) -> Scenario:
@@ -166,12 +166,12 @@ class State:
             message_of(it, data, self.document.line(it.loc)) for it in found
         ]
 
-    def _still_checked(self) -> list[Finding]:
+    def _still_checked(self) -> list[tuple[Finding, str]]:
         """Returns the worker's findings about parts that did not change."""
         gone = object()
         return [
-            found
-            for found in self.checked
+            (found, severity)
+            for found, severity in self.checked
             if all(
                 get(self.document.data, loc, gone)
                 is get(self.checked_data, loc, gone)
@@ -184,7 +184,7 @@ class State:
         data = self.document.data
         found = [
             Finding(loc, f"is now {TAG!r}; rename it")
-            for loc in itertools.islice(find_old_words(data), _MAX_FREED)
+            for loc in itertools.islice(find_old_words(data), _MAX_OLD)
         ]
         name = get(data, ("world", "map"))
         if isinstance(name, str) and name and self._map_path() is None:
@@ -196,13 +196,17 @@ class State:
                 )
             )
         line = self.document.line
-        messages = (message_of(it, data, line(it.loc)) for it in found)
-        return [{**it, "severity": "warning"} for it in messages]
+        return [message_of(it, data, line(it.loc), "warning") for it in found]
 
     def _all_outlines(self) -> dict[str, Outline]:
         return self._outlines.of(
             self.document.data, self._map_outlines(), self.models
         )
+
+    def wall_points(self) -> list[Any]:
+        """Returns the points of the outlines of all that stands."""
+        outlines = self._all_outlines().values()
+        return [it["points"] for it in outlines if it["height"] > 0]
 
     def _map_path(self) -> Path | None:
         name = get(self.document.data, ("world", "map"))

@@ -1,7 +1,9 @@
 """Converts the dark cells of a background to walls."""
 
+from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 import shapely
 
 from hunav_drake.editor.background import Background, BackgroundError
@@ -12,8 +14,14 @@ from hunav_drake.systems.world.solids import turned
 # ones, if that is too coarse.
 _TOLERANCES = (1.0, 0.5, 0.25)
 
+# How much of its area a wall may win or lose by that.
+_CHANGE = 0.2
+
 # The smallest wall, in cells.
 _MIN_AREA = 2.0
+
+# Dark cells that are this near to a wall, in cells, are traced.
+_NEAR = 2.0
 
 # With more walls, the image is probably noise.
 _MAX_WALLS = 2000
@@ -49,6 +57,27 @@ def traced_walls(background: Background) -> list[dict[str, Any]]:
     return walls
 
 
+def is_traced(background: Background, outlines: Iterable[Any]) -> bool:
+    """Returns whether walls are at most of the dark cells of a background.
+
+    Args:
+        background: The background; without dark cells, it is traced.
+        outlines: Of all walls, points (x, y) in W, in meters.
+    """
+    if not len(background.sample):
+        return True
+    places = turned(background.sample * background.cell, background.origin)
+    shapes = [
+        (shapely.Polygon if len(points) > 2 else shapely.LineString)(points)
+        for points in outlines
+    ]
+    reach = _NEAR * background.cell
+    at, _ = shapely.STRtree(shapes).query(
+        shapely.points(places), predicate="dwithin", distance=reach
+    )
+    return len(np.unique(at)) > len(places) / 2
+
+
 def _simplified(outline: Any) -> Any:
     """Returns a simplified outline, in cells; None for a speck."""
     whole = shapely.Polygon(outline)
@@ -58,6 +87,8 @@ def _simplified(outline: Any) -> Any:
         simple = whole.simplify(tolerance)
         if isinstance(simple, shapely.Polygon) and simple.is_valid:
             corners = shapely.get_coordinates(simple.exterior)[:-1]
-            if len(corners) >= 3 and simple.area > 0:
+            # A thin wall must not lose its thickness.
+            kept = abs(simple.area - whole.area) < _CHANGE * whole.area
+            if len(corners) >= 3 and kept:
                 return corners
     return outline

@@ -110,10 +110,14 @@ def warn_of_doubts(
     The scenario has no faults; `place` makes a fault with its place of a
     finding.
     """
-    doubts = [*find_of_each(_check_angles, scenario)]
-    doubts += find_of_each(_find_doubts, scenario)
-    for found in doubts:
+    for found in find_doubts(scenario):
         warnings.warn(str(place(found)), UserWarning, stacklevel=4)
+
+
+def find_doubts(scenario: Scenario) -> list[Finding]:
+    """Returns what may be meant differently in a scenario without faults."""
+    doubts = [*find_of_each(_check_angles, scenario)]
+    return [*doubts, *find_of_each(_find_doubts, scenario)]
 
 
 def _find_doubts(scenario: Scenario) -> Iterator[Finding]:

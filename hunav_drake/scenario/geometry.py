@@ -34,6 +34,13 @@ _MAX_LOOKS = 10**6
 # Whoever starts this near to a seat sits on it, in meters.
 _ON_SEAT = 0.3
 
+# How much longer a way out may be than the shortest one, because its direction
+# is rounded, in meters.
+_LONGER = (0.0, 0.01, 0.02, 0.05, 0.1)
+
+# Rooms have arcs of straight lines, which differ by less, in meters.
+_NEAR = 2e-3
+
 # The number of places compared with all walls at once.
 _DISCS = 256
 
@@ -344,14 +351,31 @@ def _check_spots(scenario: Scenario, spots: list[_Spot]) -> Iterator[Finding]:
             if radius not in rooms:
                 rooms[radius] = _main_room(radius, spots, taken, space)
             if rooms[radius] is not None:
-                place = nearest_in(rooms[radius], spot.position)
-                way = np.subtract(place, spot.position)
-                depth = float(np.hypot(*way))
-                if depth > _SAME:
-                    found = found._replace(depth=depth, way=way / depth)
+                found = _out(found, rooms[radius], spot, space)
             loc = ("world", *places[found.wall])
             message = _message(path_text(scenario, loc), found)
             yield Finding(spot.loc, message, uses=(*spot.uses, loc))
+
+
+def _out(taker: _Taker, room: Any, spot: _Spot, space: FreeSpace) -> _Taker:
+    """Returns the shortest way from a spot into a room, as it is told.
+
+    Told are two digits of the direction, and centimeters: whoever moves by just
+    that, to whole millimeters, is free.
+    """
+    way = np.subtract(nearest_in(room, spot.position), spot.position)
+    depth = float(np.hypot(*way))
+    if depth <= _SAME:
+        return taker
+    told = np.round(way / depth, 2)
+    for more in _LONGER:
+        length = math.ceil(depth * 100 - 1e-6) / 100 + more
+        step = length * told / np.hypot(*told)
+        x, y = np.round(np.add(spot.position, step), 3).tolist()
+        inside = room.distance(shapely.Point(x, y)) <= _NEAR
+        if inside and space.is_free((x, y), spot.radius):
+            return taker._replace(depth=length, way=told)
+    return taker._replace(depth=depth, way=way / depth)
 
 
 def _main_room(
@@ -360,13 +384,13 @@ def _main_room(
     """Returns the free polygon that contains most free spots, or None.
 
     It is needed because the nearest side of an outer wall may be outside of the
-    building, which is no remedy.
+    building, which is no remedy. If no spot is free, it is all free polygons.
     """
     free = [it.position for it in spots if taken.get(it[1:3], 0) is None]
     rooms = [space.room(it, radius) for it in dict.fromkeys(free)]
     numbers = [id(room) for room in rooms if room is not None]
     if not numbers:
-        return None
+        return space.everywhere(radius)
     # Each polygon is made once, so its identity counts.
     most = max(dict.fromkeys(numbers), key=numbers.count)
     return next(room for room in rooms if id(room) == most)

@@ -18,6 +18,9 @@ Point = tuple[float, float]
 # Shapes closer than this touch, in meters.
 _TOUCH = 1e-6
 
+# Lengths that differ by less are the same, in meters.
+_ROUNDING = 1e-9
+
 # The accuracy of widths of doors, and the narrowest door, in meters.
 _WIDTH = 0.005
 _NARROWEST = 0.02
@@ -76,6 +79,21 @@ class FreeSpace:
         thick = shapely.buffer(self.shapes, radius) if self.shapes else []
         free = self._whole.difference(shapely.union_all(thick))
         return list(shapely.get_parts(free))
+
+    def everywhere(self, radius: float) -> Any:
+        """Returns all places of a disc's center, in meters; None without."""
+        rooms = self._rooms(radius)
+        return shapely.multipolygons(rooms) if rooms else None
+
+    def is_free(self, place: Point, radius: float) -> bool:
+        """Returns whether a disc at a place overlaps nothing."""
+        point = shapely.Point(place)
+        near = self._tree.query(point, predicate="dwithin", distance=radius)
+        return not any(
+            shape.distance(point) < radius - _ROUNDING
+            or shape.contains_properly(point)
+            for shape in (self.shapes[i] for i in near)
+        )
 
     def room(self, place: Point, radius: float) -> Any:
         """Returns the polygon of places that a disc's center can reach.

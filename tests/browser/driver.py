@@ -243,6 +243,19 @@ class Editor:
             self.settle()
 
 
+class SharedWorker:
+    """A worker that outlives the sessions which use it."""
+
+    def __init__(self, worker):
+        self.worker = worker
+
+    def __getattr__(self, name):
+        return getattr(self.worker, name)
+
+    def close(self):
+        self.worker.cancel()
+
+
 def at(data, path):
     """Returns the value at a path in plain data, or None."""
     for key in path:

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.browser.driver import SMALL, at
+from tests.browser.driver import SMALL, SharedWorker, at
 
 # The processes are loaded, perhaps on a machine that has much else to do.
 PATIENCE = 300
@@ -17,19 +17,6 @@ QUICK = f"{SMALL}{PLANNER}"
 LONG = f"{SMALL}planner: pursuit\nsimulation: {{duration: 900.0}}\n".replace(
     "goal: [3, -2, 0]", "goal: [400, -2, 0]"
 )
-
-
-class SharedWorker:
-    """A worker that outlives the sessions which use it."""
-
-    def __init__(self, worker):
-        self.worker = worker
-
-    def __getattr__(self, name):
-        return getattr(self.worker, name)
-
-    def close(self):
-        self.worker.cancel()
 
 
 @pytest.fixture(scope="module")
@@ -329,3 +316,62 @@ def test_seeds_that_cannot_be_read_are_told(open_with_worker):
     seeds.fill("1; 2")
     editor.page.locator(".run-side .primary").click()
     editor.wait(lambda _: seeds.get_attribute("aria-invalid") == "true")
+
+
+STUCK = """\
+world:
+  walls: [{type: box, name: bar, center: [2, 0], size: [0.2, 30]}]
+humans:
+  - {name: ana, pose: [1, 1.6, 3], goals: [[-4, 1.6]], behavior: surprised}
+robot: {start: [-2, 0, 0], goal: [4, 0, 0]}
+planner: pursuit
+simulation: {duration: 30.0, stuck_time: 3.0, start_jitter: 0.2}
+"""
+
+
+def test_a_run_tells_where_it_got_stuck_and_what_happened(open_with_worker):
+    editor = open_with_worker(STUCK)
+    _run(editor, "0-2")
+    _result(editor, 3)
+    # Why, and where: before the wall.
+    reason = editor.page.locator(".run-reason")
+    editor.expect(reason).to_contain_text(re.compile(r"stuck at \(1\.\d\d, "))
+    editor.expect(reason).to_contain_text("no longer gets anywhere")
+    mark = editor.page.locator(".ghost-ends:not(.overlaid) .end-mark")
+    editor.expect(mark).to_have_count(1)
+    box = mark.locator("path").bounding_box()
+    x, _ = editor.world(box["x"] + box["width"] / 2, box["y"])
+    assert 1 < x < 2
+    # The time line has the reaction and the end; buttons go to them.
+    events = editor.page.locator(".mark-of")
+    kinds = events.evaluate_all("all => all.map(it => it.className)")
+    assert {"mark-of is-reaction", "mark-of is-end"} <= set(kinds)
+    note = editor.page.locator(".event-note")
+    slider = editor.page.get_by_label("Time of the run in seconds")
+    slider.focus()
+    editor.press("Home")
+    editor.page.locator(".event-after").click()
+    editor.expect(note).to_contain_text("ana (surprised) reacts to the robot")
+    slider.focus()
+    editor.press("End")
+    editor.expect(note).to_contain_text("the robot is stuck")
+    # The other seeds are laid over it, in their colors.
+    lines = editor.page.locator(".overlaid .ghost-way.of-robot")
+    boxes = editor.page.locator(".run-over input")
+    editor.expect(boxes).to_have_count(2)
+    boxes.first.check()
+    boxes.last.check()
+    editor.expect(lines).to_have_count(2)
+    colors = lines.evaluate_all(
+        "all => all.map(it => getComputedStyle(it).stroke)"
+    )
+    assert len(set(colors)) == 2
+    # Choosing one of them takes it out of those above.
+    editor.page.locator(".run-head").nth(1).click()
+    editor.expect(lines).to_have_count(1)
+    boxes.first.check()
+    editor.expect(lines).to_have_count(2)
+    editor.page.get_by_label("on the map").uncheck()
+    editor.expect(editor.page.locator(".ghost-way")).to_have_count(0)
+    editor.page.get_by_label("on the map").check()
+    editor.expect(lines).to_have_count(2)

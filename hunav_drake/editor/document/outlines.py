@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import TypeAdapter, ValidationError
+import shapely
 
 from hunav_drake.editor.document.plain_data import get
 from hunav_drake.scenario.error import Loc
@@ -15,7 +16,7 @@ from hunav_drake.systems.common.choice_loading import registered_only
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.schema import Pose
 from hunav_drake.systems.people.area import Area
-from hunav_drake.systems.world.furniture import FURNITURE
+from hunav_drake.systems.world.furniture import FURNITURE, Furniture
 from hunav_drake.systems.world.shapes import WALL_HEIGHT, WALLS
 from hunav_drake.systems.world.solids import turned
 
@@ -127,7 +128,33 @@ def _furniture(data: Any) -> list[Outline]:
     except ValidationError:
         return []
     kind, height = name_of(part), part.height
-    return [_outline(points, kind, height) for points in part.footprints()]
+    result = [_outline(points, kind, height) for points in part.footprints()]
+    for first in result[:1]:
+        first["pieces"] = _from_above(part)
+    return result
+
+
+def _from_above(part: Furniture) -> list[list[Any]]:
+    """Returns what is seen of furniture from above: materials and outlines.
+
+    They are in the order in which they are drawn, from the lowest one up.
+    """
+    solids = sorted(part.solids(), key=lambda it: it.high)
+    shapes = [shapely.Polygon(it.outline) for it in solids]
+    return [
+        [it.material, it.outline.round(3).tolist()]
+        for i, it in enumerate(solids)
+        if not any(over.covers(shapes[i]) for over in shapes[i + 1 :])
+    ]
+
+
+def pictures() -> list[dict[str, Any]]:
+    """Returns all kinds of furniture at their usual size, seen from above."""
+    return [
+        {"type": kind, **picture}
+        for kind in FURNITURE
+        for picture in _furniture({"type": kind, "center": [0.0, 0.0]})[:1]
+    ]
 
 
 def _model(

@@ -1,4 +1,14 @@
-import { button, h, svg } from "./dom.js";
+import { button, h, refill, svg } from "./dom.js";
+import { sentence } from "./fields.js";
+import { applyFix } from "./problems.js";
+
+/** Returns the corners of a background, in meters. */
+export function cornersOf(background) {
+  if (!background) return [];
+  const { width_m: w, height_m: d, origin: [x, y, yaw = 0] } = background;
+  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+  return [[0, 0], [w, 0], [w, d], [0, d]].map(([u, v]) => [x + c * u - s * v, y + s * u + c * v]);
+}
 
 /**
  * The parts behind and beside the map: the grid, the background image,
@@ -22,7 +32,27 @@ export function makeBackdrop(store, view) {
     button("fit", "Show all (0)", () => store.map.fit()),
     button("help", "Keys and gestures (?)", () => store.tell("help")),
   );
-  const front = h("div", { class: "over-map" }, hint, coordinates, bar, buttons);
+  const offer = h("div", { class: "offer", role: "status", hidden: true });
+  const front = h("div", { class: "over-map" }, hint, offer, coordinates, bar, buttons);
+
+  // A picture without walls misleads, so what to do is offered at once.
+  let refused = null;
+  function offerTrace() {
+    const fault = store.faults.find((it) => it.fix?.do === "trace");
+    offer.hidden = !fault || !store.background || refused === store.background.image;
+    if (offer.hidden) return;
+    refill(offer, [
+      h("span", null, sentence(fault)),
+      h(
+        "span",
+        { class: "row" },
+        store.background.is_map ? null : button("measure", "Set the size of the picture by two places with a known distance", () => store.tools.choose("scale"), { text: "Set scale" }),
+        button("polygon", "Trace the walls of the picture", () => applyFix(store, fault.fix), { text: "Trace walls", class: "button primary" }),
+        button("close", "Not now; the list of problems has it, too", () => ((refused = store.background.image), offerTrace()), { text: "Not now" }),
+      ),
+    ]);
+  }
+  store.listen("faults", offerTrace);
 
   store.listen("hint", ({ text }) => {
     hint.textContent = text;
@@ -35,6 +65,7 @@ export function makeBackdrop(store, view) {
   store.listen("background", (message) => {
     store.background = message.image ? message : null;
     image.style.display = store.background ? "" : "none";
+    offerTrace();
     if (store.background) {
       const [x, y, yaw = 0] = message.origin;
       image.setAttribute("href", message.image);

@@ -1,5 +1,5 @@
 import { applied, isWithin, keyOf, samePath, valueAt } from "./data.js";
-import { ROBOT, ROBOTS, groupOf, isPerson, isPoint, isRobotPlace, moveOps, nameOf, peopleOf, robotPath, robotsOf, startOf } from "./things.js";
+import { COHORTS, HUMANS, ROBOT, ROBOTS, cohortsOf, drawnOf, groupOf, isPerson, isPoint, isRobotPlace, moveOps, nameOf, peopleOf, robotPath, robotsOf, startOf } from "./things.js";
 
 /**
  * Edits as operations on the parts at paths. None of them uses
@@ -132,6 +132,18 @@ export function robotOps(data, defaults, outlines) {
   const isClear = (dy) => isFree(dy) && places.every(([x, y]) => wallDistance(outlines, [x, y + dy]) > radius);
   const copy = duplicateOps(after, [{ list: [ROBOTS], value: list[last] }], 0, steps.find(isClear) ?? steps.find(isFree));
   return { ops: [...ops, ...copy.ops], path: copy.paths[0] };
+}
+
+/**
+ * Returns the operations that make the people of a cohort people of their own,
+ * where they were drawn; and their paths.
+ */
+export function ownPeopleOps(store, index) {
+  const { data } = store;
+  const drawn = drawnOf(store, data).filter((it) => it.source === cohortsOf(data)[index]);
+  const { ops, paths } = addOps(data, drawn.map(({ human }) => ({ list: [HUMANS], value: human })));
+  if (drawn.length) ops.push(resetOp(data, [...COHORTS, index]));
+  return { ops, paths };
 }
 
 /** Returns operations that repeat parts in columns and rows, with steps in meters. */

@@ -22,6 +22,7 @@ const HELP = [
   ["Group; ungroup", "Ctrl+G; Ctrl+Shift+G"],
   ["Delete; undo; redo", "Del; Ctrl+Z; Ctrl+Shift+Z"],
   ["Zoom; move the view; all", "wheel, + −; Space+drag, Ctrl+arrows; 0"],
+  ["Event of a run before; next", "Alt+Left; Alt+Right on its time"],
   ["Save; run; stop", "Ctrl+S; Ctrl+Enter; Ctrl+."],
 ];
 
@@ -124,7 +125,7 @@ export function addDialogs(store, root) {
     const values = {};
     function resize() {
       const factor = values.distance / measured;
-      if (!(factor > 0)) return store.say("The distance must be positive, in meters.");
+      if (!(factor > 0)) return store.say("The distance of the two places must be positive, in meters.");
       const { width_m, origin } = store.background;
       // The first place does not move.
       const [x, y] = origin.map((it, i) => from[i] + factor * (it - from[i]));

@@ -1,6 +1,6 @@
 import { applied, keyOf, round, valueAt } from "./data.js";
-import { headingOf, isGoal, isOnMap, moveOps, outlinesAfter, placeOf, turnOps } from "./things.js";
-import { copied, duplicateOps, wordsFor, withStart } from "./changes.js";
+import { COHORTS, cohortsOf, drawnOf, headingOf, isGoal, isOnMap, moveOps, nameOf, outlinesAfter, placeOf, turnOps } from "./things.js";
+import { copied, duplicateOps, ownPeopleOps, wordsFor, withStart } from "./changes.js";
 
 /**
  * Creates the drags that change parts: each is a gesture, which shows its
@@ -88,6 +88,24 @@ export function makeDrags(store, map, { world, snapped, ended }) {
     });
   }
 
+  /** Makes the people of a cohort people of their own, and moves one of them. */
+  function owning(number, from) {
+    const all = drawnOf(store, store.data);
+    const { source, human } = all[number];
+    const index = cohortsOf(store.data).indexOf(source);
+    const { ops, paths } = ownPeopleOps(store, index);
+    const path = paths[all.filter((it) => it.source === source).findIndex((it) => it.human === human)];
+    const label = `Make ${paths.length} people of ${nameOf(store.data, [...COHORTS, index])} their own`;
+    return changing([path], label, (base, event) => {
+      const at = world(event);
+      const to = snapped([0, 1].map((i) => human.pose[i] + at[i] - from[i]), event);
+      return [...ops, ["set", [...path, "pose"], [...to, human.pose[2]]]];
+    }, () => {
+      store.select([path]);
+      store.say(`${label}: the seed no longer draws them. Undo takes it back.`, false);
+    });
+  }
+
   function turning(path) {
     return changing([path], `Turn ${wordsFor(store.data, [path])}`, (base, event) => {
       const { at } = headingOf(base, path);
@@ -137,5 +155,5 @@ export function makeDrags(store, map, { world, snapped, ended }) {
     });
   }
 
-  return { moving, turning, sizing, widening, bending };
+  return { moving, owning, turning, sizing, widening, bending };
 }

@@ -8,7 +8,7 @@ import { addKeys } from "./keys.js";
 import { makeTopBar } from "./topbar.js";
 import { makeOutline } from "./outline.js";
 import { makeFormPanel, makeTrialPanel } from "./form.js";
-import { makeProblemsPanel } from "./problems.js";
+import { makeProblemsPanel, told } from "./problems.js";
 import { makeBehaviorPanel } from "./behavior.js";
 import { makeMetricsPanel } from "./metrics.js";
 import { makeRunsPanel } from "./runs.js";
@@ -17,6 +17,9 @@ import { addDialogs } from "./dialogs.js";
 
 /** The width in pixels below which the left side becomes a tab. */
 const NARROW = 1100;
+
+/** The width in pixels below which the settings are below the map. */
+const SLIM = 640;
 
 /** The tabs on the right: title, key, panel. */
 function rightPanels(store) {
@@ -94,6 +97,7 @@ function layOut(root, left, outline, right, { leftFolded = false }) {
   let narrow = null;
   root.classList.toggle("left-folded", leftFolded);
   new ResizeObserver(() => {
+    root.classList.toggle("slim", root.clientWidth < SLIM);
     const now = root.clientWidth < NARROW;
     if (now === narrow) return;
     narrow = now;
@@ -122,7 +126,7 @@ function tellAloud(store, live, toast) {
   store.listen("faults", () => {
     if (store.faults.length === number) return;
     number = store.faults.length;
-    live.textContent = number ? `${number} ${number === 1 ? "problem" : "problems"}: ${store.faults[0].message}` : "No problems";
+    live.textContent = number ? `${number} ${number === 1 ? "problem" : "problems"}: ${told(store, store.faults[0])}` : "No problems";
   });
   store.listen("result", (it) => {
     live.textContent = it.error ?? `Run ${it.planner}, seed ${it.seed}: ${it.end_reason}`;

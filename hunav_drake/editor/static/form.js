@@ -7,7 +7,7 @@ import { Target } from "./fields.js";
 import { makeField, objectBody } from "./parts.js";
 
 /** The first fields of a person, a wall or the robot. */
-const FIRST = ["name", "type", "slots", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
+const FIRST = ["name", "number", "type", "slots", "robot", "planner", "sensors", "pose", "start", "goal", "center", "yaw", "size", "behavior", "desired_speed", "goals", "cyclic", "group_id", "radius", "points", "height", "file", "round", "load", "goal_tolerance"];
 
 /** Returns the parts that have forms: the person of a goal, the robot. */
 function ownersOf(paths) {
@@ -105,12 +105,12 @@ export function makeFormPanel(store) {
       people.length > 1 && button("group", "Make a group (Ctrl+G)", () => store.edit(`Group ${wordsFor(data, people)}`, groupOps(data, people, true))),
       parts.length > 1 && button("alignx", "Align on one vertical line", () => store.edit(`Align ${wordsFor(data, parts)}`, alignOps(data, places, 0))),
       parts.length > 1 && button("aligny", "Align on one horizontal line", () => store.edit(`Align ${wordsFor(data, parts)}`, alignOps(data, places, 1))),
-      button("copy", "Duplicate (Ctrl+D)", () => {
+      parts.length > 0 && button("copy", "Duplicate (Ctrl+D)", () => {
         const { ops, paths } = duplicateOps(data, copied(data, parts), 0.5, -0.5);
         store.edit(`Copy ${wordsFor(data, parts)}`, ops);
         if (paths.length) store.select(paths);
       }),
-      button("array", "Repeat in rows and columns", () => store.tell("dialog", { what: "array" })),
+      parts.length > 0 && button("array", "Repeat in rows and columns", () => store.tell("dialog", { what: "array" })),
       button("bin", "Delete (Del)", () => store.edit(`Delete ${wordsFor(data, selection)}`, deleteOps(data, selection))),
     ].filter(Boolean);
   }

@@ -1,7 +1,8 @@
 import { pathOf, round, samePath } from "./data.js";
-import { isOnMap, placeOf } from "./things.js";
+import { COHORTS, cohortsOf, drawnOf, isOnMap, placeOf } from "./things.js";
 import { cornerNear } from "./changes.js";
 import { makeDrags } from "./drags.js";
+import { onLines } from "./walllines.js";
 import { addWheelAndPinch } from "./zoom.js";
 import { svg } from "./dom.js";
 import { outline } from "./shapes.js";
@@ -25,11 +26,15 @@ export function addGestures(store, map, tools) {
 
   const world = (event) => map.view.toWorld(...map.pixels(event));
 
-  /** Returns a place on the grid of 0.1 m, or on a near corner. */
-  function snapped(at, event, { corners = false, besides = null } = {}) {
+  /** Returns a place on the grid of 0.1 m, on a near corner, or on the middle of walls. */
+  function snapped(at, event, { corners = false, besides = null, lines = false, from = at } = {}) {
     if (!store.snap || event.altKey) return at.map(round);
+    const grid = at.map((it) => round(Math.round(it * 10) / 10));
+    // Walls nearer than their thickness would overlap.
+    const middle = lines && onLines(store.get(["world", "walls"]), at, Math.max(0.16, 10 / map.scale), from);
+    if (middle) return middle.map((it, i) => it ?? grid[i]);
     const corner = corners && cornerNear(store.outlines, at, 10 / map.scale, besides);
-    return corner ? corner.slice(0, 2).map(round) : at.map((it) => round(Math.round(it * 10) / 10));
+    return corner ? corner.slice(0, 2).map(round) : grid;
   }
 
   store.snapped = snapped;
@@ -135,13 +140,20 @@ export function addGestures(store, map, tools) {
     if (event.button === 1 || (event.button === 0 && tools.spaceHeld)) {
       gesture = panning(event);
     } else if (event.button === 0) {
-      const place = snapped(world(event), event, { corners: tools.current.corners });
+      const place = snapped(world(event), event, tools.current);
       const key = event.target.closest("[data-key]")?.getAttribute("data-key");
       const handle = event.target.closest("[data-handle]")?.getAttribute("data-handle");
       if (tools.current.down) {
         gesture = tools.down(place, counted(event), event.target) ?? null;
       } else if (handle) {
         gesture = onHandle(event, handle);
+      } else if (key?.startsWith("drawn/")) {
+        const from = world(event);
+        const number = Number(key.slice(6));
+        // A click shows the cohort.
+        const { source } = drawnOf(store, store.data)[number] ?? {};
+        const path = [...COHORTS, cohortsOf(store.data).indexOf(source)];
+        gesture = pressed(event, () => drags.owning(number, from), () => store.select([path]));
       } else if (key && isOnMap(pathOf(key))) {
         gesture = onPart(event, pathOf(key));
       } else {
@@ -164,7 +176,7 @@ export function addGestures(store, map, tools) {
       const at = world(last);
       store.tell("pointer", { at });
       if (gesture) gesture.move(last);
-      else tools.hover(snapped(at, last, { corners: tools.current.corners }), last);
+      else tools.hover(snapped(at, last, tools.current), last);
     });
   });
 

@@ -2,6 +2,7 @@ import { fill, svg } from "./dom.js";
 import { behaviorOf, peopleOf, robotsOf } from "./things.js";
 import { valueAt } from "./data.js";
 import { paintRobot, robotColor } from "./looks.js";
+import { endOf } from "./runtable.js";
 import { inkOn, outline } from "./shapes.js";
 
 /** The number of points in the trail of a body during a run. */
@@ -52,13 +53,31 @@ function between(a, b, share) {
   return [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * turn];
 }
 
+/** Marks the place where a robot ended before its goal, with the reason. */
+function endMark({ robot, reason, message, at: [x, y] }) {
+  const text = [robot, endOf({ end_reason: reason })].filter(Boolean).join(": ");
+  const mark = svg(
+    "g",
+    { class: "end-mark" },
+    svg("title", null, message ? `${text}: ${message}` : text),
+    svg("path", { d: "M-7 -7L7 7M-7 7L7 -7" }),
+    svg("text", { "text-anchor": "middle", y: 22 }, text),
+  );
+  mark.style.transform = `translate(${x}px, ${y}px) scale(var(--px), calc(-1 * var(--px)))`;
+  return mark;
+}
+
 /**
  * Draws a run over the map: live bodies during the run, and afterwards whole
  * paths with the bodies at a chosen time.
  */
-export function makeGhosts(store) {
-  const ways = svg("g", { class: "ghost-ways" });
-  const bodies = svg("g", { class: "ghost-bodies" });
+export function makeGhosts(store, overlaid = "") {
+  // A run that is laid over another one has one color, and is pale.
+  const also = overlaid ? " overlaid" : "";
+  const ways = svg("g", { class: `ghost-ways${also}` });
+  const bodies = svg("g", { class: `ghost-bodies${also}` });
+  const ends = svg("g", { class: `ghost-ends${also}` });
+  for (const it of overlaid ? [ways, bodies, ends] : []) it.style.setProperty("--run", overlaid);
   let ghosts = [];
   // The number of robots, which are the first ghosts.
   let count = 1;
@@ -72,7 +91,8 @@ export function makeGhosts(store) {
       fill(ways, ...ghosts.map((it) => it.line).reverse());
       fill(bodies, ...ghosts.map((it) => it.body).reverse());
     }
-    if (!ways.isConnected) store.ghosts.append(ways, bodies);
+    // The chosen run is above the others.
+    if (!ways.isConnected) store.ghosts[overlaid ? "prepend" : "append"](ways, bodies, ends);
     store.dim(true);
   }
 
@@ -84,7 +104,7 @@ export function makeGhosts(store) {
     ghosts.forEach((ghost, i) => {
       if (i < count) {
         const radius = valueAt(data, [...(robotsOf(data)[i] ?? []), "radius"]) ?? catalog.defaults?.robot?.radius ?? 0.35;
-        for (const element of [ghost.line, ghost.body]) paintRobot(element, robotColor(catalog, i, count));
+        for (const element of [ghost.line, ghost.body]) paintRobot(element, overlaid || robotColor(catalog, i, count));
         return ghost.look("#1c2530", radius, false);
       }
       const person = people[i - count] ?? {};
@@ -100,15 +120,17 @@ export function makeGhosts(store) {
       if (run !== message.run || paths) {
         run = message.run;
         paths = null;
+        fill(ends);
         for (const ghost of ghosts) ghost.trail = [];
       }
       dress(message.activities);
       [...message.robots, ...message.people].forEach((pose, i) => ghosts[i].follow(pose));
     },
 
-    /** Shows the paths of a finished run. */
-    paths(number, given) {
+    /** Shows the paths of a finished run, and where robots ended too early. */
+    paths(number, given, early = []) {
       run = number;
+      fill(ends, early.map(endMark));
       paths = given;
       prepare(given.robots[0].length, given.people[0]?.length ?? 0);
       dress();
@@ -144,11 +166,10 @@ export function makeGhosts(store) {
 
     /** Removes everything. */
     clear() {
-      ways.remove();
-      bodies.remove();
+      for (const it of [ways, bodies, ends]) it.remove();
       paths = null;
       run = null;
-      store.dim(false);
+      if (!overlaid) store.dim(false);
     },
   };
 }

@@ -186,9 +186,16 @@ export function addKeys(store, map, tools, gestures, root) {
     return false;
   }
 
-  root.addEventListener("keydown", (event) => {
-    if (event.isComposing || event.target.closest("dialog")) return;
-    const inMap = element.contains(event.target) && !event.target.closest("input");
+  /** Keys that also mean the map while a button, a list or nothing has the focus. */
+  const isAnywhere = ({ key }) => key.length === 1 ? key !== " " : key === "Delete";
+
+  // In a page of its own, keys count before anything has the focus.
+  const scope = store.embedded ? root : document;
+  scope.addEventListener("keydown", (event) => {
+    if (event.isComposing || root.querySelector("dialog[open]") || event.target.closest("dialog")) return;
+    const inField = event.target.closest("input, textarea, select");
+    const onPage = event.target === document.body && event.key !== "Tab";
+    const inMap = !inField && (element.contains(event.target) || onPage || isAnywhere(event));
     const held = gestures.busy && event.key !== "Escape";
     if (held || everywhere(event) || (inMap && onMap(event))) {
       event.preventDefault();
@@ -202,18 +209,19 @@ export function addKeys(store, map, tools, gestures, root) {
     if (event.key === " ") tools.spaceHeld = false;
   });
 
+  const isFree = (target) => !target.closest?.("input, textarea, select, dialog");
   function toClipboard(event) {
     const parts = copied(store.data, store.selection);
-    if (!parts.length || !element.contains(event.target)) return false;
+    if (!parts.length || !isFree(event.target) || String(getSelection())) return false;
     // JSON is YAML, too.
     event.clipboardData.setData("text/plain", JSON.stringify({ [MARK]: parts }, null, 1));
     event.preventDefault();
     return true;
   }
-  root.addEventListener("copy", toClipboard);
-  root.addEventListener("cut", (event) => toClipboard(event) && remove());
-  root.addEventListener("paste", (event) => {
-    if (!element.contains(event.target)) return;
+  scope.addEventListener("copy", toClipboard);
+  scope.addEventListener("cut", (event) => toClipboard(event) && remove());
+  scope.addEventListener("paste", (event) => {
+    if (!isFree(event.target)) return;
     let parts;
     try {
       parts = JSON.parse(event.clipboardData.getData("text/plain"))[MARK];

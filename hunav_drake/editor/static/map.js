@@ -1,10 +1,10 @@
 import { atFrame, h, svg } from "./dom.js";
 import { keyOf, valueAt } from "./data.js";
-import { PLACES, ROBOTS, boundsOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, placesOf, robotsOf, startOf } from "./things.js";
+import { PLACES, ROBOTS, boundsOf, drawnOf, goalOf, groupOf, isPoint, isPose, nameOf, peopleOf, placesOf, robotsOf, startOf } from "./things.js";
 import { ChainShape, PersonShape, PlaceShape, RobotShape, WorldShape, outline } from "./shapes.js";
 import { lookOf, robotColor } from "./looks.js";
 import { View } from "./view.js";
-import { makeBackdrop } from "./backdrop.js";
+import { cornersOf, makeBackdrop } from "./backdrop.js";
 import { makeMarks } from "./marks.js";
 import { drawHandles } from "./handles.js";
 
@@ -16,7 +16,7 @@ import { drawHandles } from "./handles.js";
 const NONE = {};
 
 /** The layers from back to front; each is a group of the lower SVG. */
-const LAYERS = ["areas", "fixtures", "places", "groups", "chains", "robot-goals", "robots", "people"];
+const LAYERS = ["areas", "fixtures", "places", "groups", "chains", "robot-goals", "robots", "drawn", "people"];
 
 /**
  * Creates the map of a store.
@@ -86,6 +86,10 @@ export function makeMap(store) {
       draw(key, "people", person, () => new PersonShape(key), (it) => it.update(person, look, defaults), facts);
       draw(`chain:${key}`, "chains", person, () => new ChainShape(key), (it) => it.update(person, look, defaults), facts);
     });
+    drawnOf(store, data).forEach(({ human }, i) => {
+      const key = `drawn/${i}`;
+      draw(key, "drawn", human, () => new PersonShape(key), (it) => it.update(human, look, defaults), [behaviors, defaults]);
+    });
     placesOf(data).forEach((place, i) => {
       const path = [PLACES, i];
       const name = nameOf(data, path);
@@ -135,6 +139,9 @@ export function makeMap(store) {
     layers.groups.replaceChildren(...paths.map((it) => svg("path", { class: "group", d: it })));
   }
 
+  /** The box around all parts, and around a background. */
+  const bounds = () => boundsOf(store.data, store.outlines, cornersOf(store.background));
+
   /** Updates it after a change of the view. */
   function showView() {
     world.setAttribute("transform", view.matrix);
@@ -174,7 +181,7 @@ export function makeMap(store) {
     /** Shows the whole scenario. */
     fit() {
       isFitted = true;
-      view.fit(boundsOf(store.data, store.outlines));
+      view.fit(bounds());
       showView();
     },
 
@@ -240,6 +247,7 @@ export function makeMap(store) {
   };
   store.listen("data", redraw);
   store.listen("catalog", redraw);
+  store.listen("drawn", redraw);
   store.listen("state", ({ changes }) => {
     // Another file or template is shown as a whole.
     if (changes.some(([path]) => path.length === 0) && map.fitNext) {
@@ -247,6 +255,7 @@ export function makeMap(store) {
       map.fit();
     }
   });
+  store.listen("background", () => fitted && isFitted && map.fit());
   store.listen("faults", marks);
   store.listen("selection", () => {
     marks();
@@ -257,7 +266,7 @@ export function makeMap(store) {
     [view.width, view.height] = [element.clientWidth, element.clientHeight];
     if (!view.width || !view.height) return;
     if (fitted && isFitted) {
-      view.fit(boundsOf(store.data, store.outlines));
+      view.fit(bounds());
     } else if (fitted) {
       const [px, py] = view.toScreen(...middle);
       view.pan(view.width / 2 - px, view.height / 2 - py);

@@ -1,6 +1,6 @@
 import { svg } from "./dom.js";
 import { keyOf, pathOf, valueAt } from "./data.js";
-import { ROBOT, ROBOTS, behaviorOf, goalsOf, nameOf, startOf } from "./things.js";
+import { ROBOT, ROBOTS, behaviorOf, drawnOf, goalsOf, nameOf, startOf } from "./things.js";
 
 /** Returns the key of the nearest drawing to a path, or null. */
 function nearest(drawn, path) {
@@ -35,6 +35,10 @@ function tell(element, title, faults) {
 export function makeMarks(store, map) {
   function titleOf(path) {
     const { data, catalog } = store;
+    if (path[0] === "drawn") {
+      const { human, seed } = drawnOf(store, data)[path[1]] ?? {};
+      return `${human?.name || "somebody"}, drawn by the seed ${seed}; drag to make the people of this cohort your own`;
+    }
     const name = nameOf(data, path);
     if (path[0] !== "humans" || path.length !== 2) return name;
     const person = valueAt(data, path);

@@ -33,5 +33,11 @@ export function discCorners({ center: [x, y], radius }) {
   return angles.map((it) => [x + radius * Math.cos(it), y + radius * Math.sin(it)]);
 }
 
+/** Returns the preliminary outline of furniture: its picture at a place. */
+export const pictureAt = (picture, [x, y]) => {
+  const moved = ([u, v]) => [u + x, v + y];
+  return { ...picture, points: picture.points.map(moved), pieces: picture.pieces.map(([material, it]) => [material, it.map(moved)]) };
+};
+
 /** Returns the preliminary outline of a box, before Python sends it. */
 export const boxOutline = (box, kind = "box") => ({ points: corners(box), closed: true, kind, height: box.height ?? 2.5 });

@@ -1,13 +1,15 @@
 import { atFrame, button, fill, h } from "./dom.js";
 import { isWithin, keyOf, pathOf, samePath, valueAt } from "./data.js";
-import { HUMANS, PLACES, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPlace, isPose, isRobotPlace, nameOf, peopleOf, placesOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
+import { COHORTS, HUMANS, PLACES, cohortsOf, ROBOT, ROBOTS, behaviorOf, goalOf, groupOf, isPlace, isPose, isRobotPlace, nameOf, peopleOf, placesOf, robotPath, robotsOf, startOf, worldLists } from "./things.js";
 import { lookOf, paintRobot, robotColor } from "./looks.js";
 import { inkOn } from "./shapes.js";
-import { robotOps } from "./changes.js";
+import { ownPeopleOps, robotOps } from "./changes.js";
 
 /** Returns the parts by section: [{title, key, items: [path...]}]. */
 export function partsOf(data) {
   const parts = [{ title: "People", key: HUMANS, items: peopleOf(data).map((_, i) => [HUMANS, i]) }];
+  const cohorts = cohortsOf(data);
+  if (cohorts.length) parts.push({ title: "Drawn people", key: "population", items: cohorts.map((_, i) => [...COHORTS, i]) });
   const robots = robotsOf(data);
   const places = robots.flatMap((it) => [startOf(it), goalOf(it)]);
   parts.push({ title: robots.length > 1 ? "Robots" : "Robot", key: ROBOT, items: places.filter((path, i) => i % 2 === 0 || isPose(valueAt(data, path))) });
@@ -24,6 +26,18 @@ export function addRobot(store) {
   const { ops, path } = robotOps(store.data, store.catalog.defaults, store.outlines);
   store.edit("Add a robot", ops);
   store.select([path]);
+}
+
+/** Returns the button that makes the people of the selected cohort people of their own, if they are known. */
+function ownButton(store) {
+  const [path] = store.selection.filter((it) => it[1] === "cohorts");
+  const { ops, paths } = path ? ownPeopleOps(store, path[2]) : { paths: [] };
+  if (!paths.length) return null;
+  const act = () => {
+    store.edit(`Make ${paths.length} people of ${nameOf(store.data, path)} their own`, ops);
+    store.select(paths);
+  };
+  return button("person", "Lists these people where they are; the seed no longer draws them", act, { text: "Make them your own" });
 }
 
 /** Creates the list of all parts, with a search. */
@@ -82,6 +96,7 @@ export function makeOutline(store) {
       mark.style.setProperty("--ink", inkOn(color));
       note.textContent = groupOf(person) >= 0 ? `group ${groupOf(person)}` : "";
     }
+    if (path[1] === "cohorts") note.textContent = String(store.get(path)?.number ?? "");
     mark.className = person ? "mark who" : `mark of-${isPlace(path) ? "place" : isRobotPlace(path) ? `robot-${path.at(-1)}` : path.length === 2 ? path.join("-") : path[1]}`;
     if (isRobotPlace(path)) paintRobot(mark, robotColor(catalog, path[1], robotsOf(data).length));
     const faults = store.faults.filter((it) => isWithin(it.path, path) || (path[0] === ROBOTS && path.at(-1) === "start" && isWithin(it.path, robotPath(path)) && it.path[3] !== "goal"));
@@ -121,6 +136,7 @@ export function makeOutline(store) {
           h("span", { class: "row-note" }, String(items.length)),
         ),
         open ? found.map(update) : null,
+        open && key === "population" && !wanted ? ownButton(store) : null,
         open && key === ROBOT && !wanted ? button("plus", "Add a robot beside the last one, with the same properties", () => addRobot(store), { text: "Add robot" }) : null,
       );
     });
@@ -130,7 +146,7 @@ export function makeOutline(store) {
   }
 
   const later = atFrame(show);
-  for (const kind of ["data", "catalog"]) store.listen(kind, later);
+  for (const kind of ["data", "catalog", "drawn"]) store.listen(kind, later);
   let wrong = [];
   store.listen("faults", () => {
     // Only rows whose faults have changed.
@@ -160,7 +176,7 @@ export function makeOutline(store) {
     return fill(
       background,
       h("div", { class: "group-head" }, "Background"),
-      h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.tell("background", {}))),
+      h("div", { class: "row-item" }, h("span", { class: "row-name" }, message.name || "picture"), button("bin", "Remove the background", () => store.send({ do: "background", files: {}, remove: true }))),
       opacity,
       message.is_map ? null : button("measure", "Set the size of the picture by two places with a known distance", () => store.tools.choose("scale"), { text: "Set scale" }),
       button("polygon", "Convert dark areas to walls", () => store.ask({ do: "trace" }), { text: "Trace walls" }),

@@ -2,6 +2,12 @@ import { button, h, refill } from "./dom.js";
 import { isOnMap, nameOf, ROBOT, ROBOTS, startOf } from "./things.js";
 import { sentence } from "./fields.js";
 
+/** Returns a fault in a line that names its part: "ana pose: is inside ...". */
+export const told = (store, fault) => `${fault.path.length ? nameOf(store.data, fault.path) : "The text"}: ${fault.message}`;
+
+/** Does what the button of a fault says: an edit, or a request. */
+export const applyFix = (store, { label, ops, do: request }) => (request ? store.ask({ do: request }) : store.edit(label, ops));
+
 /** Selects the part with a fault, and shows its form. */
 function showFault(store, fault) {
   for (let n = fault.path.length; n >= 2; n--) {
@@ -26,7 +32,7 @@ export function makeProblemsPanel(store) {
 
   function remedy(fault) {
     if (!fault.fix) return null;
-    return button("check", fault.fix.label, () => store.edit(fault.fix.label, fault.fix.ops), { text: fault.fix.label, class: "button fix" });
+    return button("check", fault.fix.label, () => applyFix(store, fault.fix), { text: fault.fix.label, class: "button fix" });
   }
 
   function show() {

@@ -1,10 +1,14 @@
 import { atFrame, button, fill, h, refill } from "./dom.js";
 import { makeGhosts } from "./ghosts.js";
 import { makePlayer } from "./player.js";
+import { told } from "./problems.js";
 import { csvOf, endOf, makeRunTable } from "./runtable.js";
 
 /** The maximum number of runs; for more, use `hunav bench`. */
 const MOST_RUNS = 1000;
+
+/** The colors of runs that are laid over another one (Okabe and Ito). */
+const OVER = ["#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 
 const SPEEDS = [
   ["", "as fast as possible"],
@@ -35,7 +39,9 @@ export function makeRunsPanel(store) {
   /** @type {Map<number, any>} */
   const runs = new Map();
   const ghosts = makeGhosts(store);
-  const player = makePlayer((time) => ghosts.at(time));
+  /** Runs that are laid over the chosen one: their number, and their drawing. */
+  const overlaid = new Map();
+  const player = makePlayer((time) => [ghosts, ...overlaid.values()].forEach((it) => it.at(time)));
   const chosenPlanners = new Set();
   let summary = [];
   let revision = null;
@@ -56,9 +62,10 @@ export function makeRunsPanel(store) {
   const copy = button("copy", "Copy the command for a terminal", () => navigator.clipboard?.writeText(command.textContent).then(() => store.say("The command is on the clipboard.", false)));
   const map = h("label", { class: "check" }, h("input", { type: "checkbox", checked: true, onchange: (event) => showOnMap(event.target.checked) }), "on the map");
   const csv = button("save", "Download the table as a CSV file", () => download(), { text: "CSV", class: "button" });
-  const table = makeRunTable(store, (number) => choose(number));
+  const table = makeRunTable(store, choose, overlay);
   const empty = h("p", { class: "empty run-empty" });
-  const bar = h("div", { class: "run-bar", hidden: true }, player.element, map);
+  const bar = h("div", { class: "run-bar", hidden: true }, player.element, player.note, map);
+  const reason = h("p", { class: "run-reason", hidden: true });
   const line = h("div", { class: "run-line", hidden: true }, h("span", { class: "run-note" }, "In a terminal:"), command, copy, csv);
   const field = (text, control, note = "") => h("label", { class: "run-field" }, h("span", { class: "label" }, text), control, note && h("span", { class: "help shown" }, note));
   const element = h(
@@ -75,7 +82,7 @@ export function makeRunsPanel(store) {
       state,
       progress,
     ),
-    h("div", { class: "run-main" }, outdated, bar, empty, table.element, line),
+    h("div", { class: "run-main" }, outdated, bar, reason, empty, table.element, line),
   );
 
   const isBusy = () => [...runs.values()].some((it) => !it.result);
@@ -83,10 +90,13 @@ export function makeRunsPanel(store) {
     const all = [...runs.values()];
     const done = all.filter((it) => it.result);
     const chosen = runs.get(shown)?.result;
-    table.show(all, summary, shown);
+    table.show(all, summary, shown, new Map([...overlaid.keys()].map((it) => [it, colorOf(it)])));
     empty.hidden = done.length > 0;
     empty.textContent = isBusy() ? "The metrics of the trial appear here when it has ended." : "Press Run. The robots and the people then move on the map, and the metrics of the trial appear here.";
     bar.hidden = !chosen?.paths;
+    const early = (chosen?.ends ?? []).map((it) => `${it.robot ? `${it.robot}: ` : ""}${endOf({ end_reason: it.reason })} at (${it.at.map((x) => x.toFixed(2)).join(", ")})${it.message ? `: ${it.message}` : ""}`);
+    reason.hidden = !early.length;
+    reason.textContent = early.join("; ");
     line.hidden = !chosen;
     command.textContent = chosen?.command ?? "";
     outdated.hidden = !done.length || revision === store.revision;
@@ -143,7 +153,7 @@ export function makeRunsPanel(store) {
     const errors = store.faults.filter((it) => it.severity !== "warning");
     if (errors.length) {
       store.showTab("problems");
-      store.say(`The scenario cannot run: ${errors[0].message}`);
+      store.say(`The scenario cannot run. ${told(store, errors[0])}`);
       return;
     }
     const request = { do: "run", seeds: wanted, planners: [...chosenPlanners], speed: speed.value ? Number(speed.value) : null, workers: Number(workers.value) };
@@ -152,16 +162,35 @@ export function makeRunsPanel(store) {
 
   /** Shows a finished run on the map. */
   function choose(number) {
-    const paths = runs.get(number)?.result?.paths;
+    const { paths, events, ends } = runs.get(number)?.result ?? {};
     shown = number;
+    overlay(number, false);
     if (paths) {
-      player.load(paths.times);
+      const others = [...overlaid.keys()].map((it) => runs.get(it).result.paths.times);
+      player.load([paths.times, ...others].sort((a, b) => a.at(-1) - b.at(-1)).at(-1), events);
       if (onMap) {
-        ghosts.paths(number, paths);
-        ghosts.at(player.time);
+        ghosts.paths(number, paths, ends);
+        for (const [other, it] of overlaid) it.paths(other, runs.get(other).result.paths, runs.get(other).result.ends);
+        [ghosts, ...overlaid.values()].forEach((it) => it.at(player.time));
       }
     }
     refresh();
+  }
+
+  const colorOf = (number) => OVER[[...runs.keys()].indexOf(number) % OVER.length];
+
+  /** Lays a run over the chosen one, or takes it away. */
+  function overlay(number, on) {
+    overlaid.get(number)?.clear();
+    overlaid.delete(number);
+    if (!on || number === shown) return refresh();
+    overlaid.set(number, makeGhosts(store, colorOf(number)));
+    if (!onMap) showOnMap(true);
+    return choose(shown);
+  }
+
+  function clearGhosts() {
+    for (const it of [ghosts, ...overlaid.values()]) it.clear();
   }
 
   function showOnMap(on) {
@@ -169,7 +198,7 @@ export function makeRunsPanel(store) {
     map.firstElementChild.checked = on;
     if (!on) {
       player.pause();
-      ghosts.clear();
+      clearGhosts();
     } else if (shown !== null) {
       choose(shown);
     }
@@ -190,7 +219,8 @@ export function makeRunsPanel(store) {
     revision = message.revision;
     shown = null;
     player.pause();
-    ghosts.clear();
+    clearGhosts();
+    overlaid.clear();
     for (const it of message.runs) runs.set(it.run, { ...it });
     // A new page gets earlier runs, but shows the scenario.
     showOnMap(element.offsetParent !== null);

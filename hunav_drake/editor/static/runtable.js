@@ -29,13 +29,22 @@ function resultText(result, name) {
  * run, and before them mean and interval of each planner with several runs.
  * @param store
  * @param {function(number): void} choose Called with a run that is clicked.
+ * @param {function(number, boolean): void} overlay Called to lay a run over the chosen one.
  */
-export function makeRunTable(store, choose) {
+export function makeRunTable(store, choose, overlay) {
   const table = h("table", { class: "run-table" });
   const element = h("div", { class: "run-table-box", tabindex: 0, role: "region", "aria-label": "Metrics of the runs" }, table);
   const folded = new Set();
 
-  function heads(runs, planners, shown) {
+  /** A box that lays a run over the chosen one. */
+  function overBox(run, result, color) {
+    const box = h("input", { type: "checkbox", checked: color !== undefined, onchange: () => overlay(run, box.checked) });
+    const label = h("label", { class: "run-over", title: "Lay this run over the chosen one on the map" }, box, "over");
+    label.style.setProperty("--run", color ?? "transparent");
+    return result.paths ? label : null;
+  }
+
+  function heads(runs, planners, shown, overlaid) {
     const numbers = planners.map(({ planner, n }) =>
       h("th", { scope: "col", class: "mean" }, h("span", { class: "run-planner" }, planner), h("span", { class: "run-note" }, `mean of ${n}, 95 %`)),
     );
@@ -51,6 +60,7 @@ export function makeRunTable(store, choose) {
         ),
         h("span", { class: `run-end is-${result.end_reason}`, title: result.error ?? result.message ?? "" }, endOf(result)),
         h("span", { class: "run-links" }, links(run, result)),
+        runs.length > 1 && run !== shown && overBox(run, result, overlaid.get(run)),
       ),
     );
     return h("thead", null, h("tr", null, h("th", { scope: "col", class: "metric" }, "Metric"), numbers, columns));
@@ -67,7 +77,7 @@ export function makeRunTable(store, choose) {
   }
 
   /** Shows runs with their results, statistics, and the chosen run. */
-  function show(runs, summary, shown) {
+  function show(runs, summary, shown, overlaid) {
     const done = runs.filter((it) => it.result);
     const named = done.slice(0, MOST);
     const all = [...new Set(done.flatMap((it) => Object.keys(it.result.metrics)))];
@@ -90,7 +100,7 @@ export function makeRunTable(store, choose) {
       const open = !folded.has(family);
       const toggle = () => {
         if (!folded.delete(family)) folded.add(family);
-        show(runs, summary, shown);
+        show(runs, summary, shown, overlaid);
       };
       return h(
         "tbody",
@@ -120,7 +130,7 @@ export function makeRunTable(store, choose) {
 
     const rest = done.length - named.length;
     const top = element.scrollTop;
-    refill(table, heads(named, planners, shown), body, rest > 0 && h("caption", null, `${rest} more runs are in the means; their files are in the folder of results.`));
+    refill(table, heads(named, planners, shown, overlaid), body, rest > 0 && h("caption", null, `${rest} more runs are in the means; their files are in the folder of results.`));
     element.scrollTop = top;
     element.hidden = !done.length;
   }

@@ -237,28 +237,49 @@ export class RobotShape {
   }
 }
 
-/** A wall or a piece of furniture. */
+/** Returns the drawings of pieces of furniture, from the lowest one up. */
+export const piecesOf = (pieces) =>
+  pieces.map(([material, points], i) => {
+    // What lies on the same material, as the back of a chair, is darker.
+    const isOver = pieces.slice(0, i).some(([other]) => other === material);
+    return svg("path", { class: isOver ? "piece over" : "piece", "data-material": material, d: outline(points) });
+  });
+
+/** A wall or a piece of furniture: the latter from above, with its kind. */
 export class WorldShape {
   constructor(key) {
     this.path = svg("path", { class: "shape" });
     this.hit = svg("path", { class: "thin-hit" });
+    this.pieces = svg("g", { class: "pieces" });
+    this.name = label("name kind");
     this.badge = svg("g", { class: "badge" }, svg("circle", { r: 6 }), svg("text", { "text-anchor": "middle", y: 3.6 }, "!"));
     const name = key.startsWith("world/") ? "fixture" : "area";
     this.element = svg("g", focusable(name, key), this.path, this.badge);
   }
 
-  update({ points, parts, closed, kind, height }) {
-    const d = (parts ?? [points]).map((it) => outline(it, closed)).join("");
+  update({ points, parts, closed, kind, height, pieces = [] }) {
+    const all = parts ?? [points];
+    const d = all.map((it) => outline(it, closed)).join("");
     this.path.setAttribute("d", d);
     this.at = points?.[0] ?? [0, 0];
+    const [xs, ys] = [0, 1].map((axis) => all.flat().map((it) => it[axis]));
+    this.box = [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
     this.element.setAttribute("data-kind", kind ?? "");
     this.element.classList.toggle("thin", !closed);
     this.element.classList.toggle("low", height < 1.2);
     this.hit.setAttribute("d", d);
-    fill(this.element, ...(closed ? [] : [this.hit]), this.path, this.badge);
+    fill(this.pieces, piecesOf(pieces));
+    this.name.textContent = pieces.length ? String(kind).replace(/_/g, " ") : "";
+    fill(this.element, ...(closed ? [] : [this.hit]), this.path, ...(pieces.length ? [this.pieces, this.name] : []), this.badge);
   }
 
   zoomed(scale) {
     this.badge.setAttribute("transform", `translate(${this.at[0]} ${this.at[1]}) scale(${1 / scale} ${-1 / scale})`);
+    const { textContent: text } = this.name;
+    if (!text) return;
+    const [x0, y0, x1, y1] = this.box;
+    // Where there is no room, it shows under the mouse and when it is selected.
+    this.element.classList.toggle("crowded", (x1 - x0) * scale < 5.6 * text.length + 4 || (y1 - y0) * scale < 14);
+    write(this.name, (x0 + x1) / 2, (y0 + y1) / 2 - 3.4 / scale, 10 / scale);
   }
 }

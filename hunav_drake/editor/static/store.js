@@ -1,3 +1,4 @@
+import { COHORTS } from "./things.js";
 import { applied, isWithin, samePath, sameValue, valueAt } from "./data.js";
 
 /**
@@ -30,7 +31,8 @@ export function makeStore(host) {
     data: {},
     outlines: {},
     faults: [],
-    catalog: { schema: {}, defaults: {}, behaviors: [], planners: [], models: [], robots: [], metrics: [], templates: [], examples: [], ready: false },
+    catalog: { schema: {}, defaults: {}, behaviors: [], planners: [], models: [], robots: [], metrics: [], templates: [], examples: [], furniture: [], ready: false },
+    drawn: [],
     selection: [],
     text: "",
     places: [],
@@ -113,7 +115,7 @@ export function makeStore(host) {
     faultsAt: (path) => store.faults.filter((fault) => isWithin(fault.path, path)),
 
     /** Shows a line of text for a while, also to screen readers. */
-    say: (message) => store.tell("say", { message }),
+    say: (message, error = true) => store.tell("say", { message, error }),
   };
 
   /** Writes the shown revision on the page; none while edits are pending. */
@@ -200,6 +202,11 @@ export function makeStore(host) {
       const { kind: _, id: __, ...rest } = message;
       store.catalog = { ...store.catalog, ...rest };
       store.tell("catalog", message);
+    },
+    drawn({ people, seed }) {
+      // The drawing holds as long as its cohort is the same.
+      store.drawn = people.map((it) => ({ ...it, seed, source: valueAt(store.data, [...COHORTS, it.cohort]) }));
+      store.tell("drawn");
     },
     worker(message) {
       store.worker = message;

@@ -9,6 +9,7 @@ export const HUMANS = "humans";
 export const ROBOT = "robot";
 export const ROBOTS = "robots";
 export const PLACES = "places";
+export const COHORTS = ["population", "cohorts"];
 const WORLD = "world";
 
 const TURN = 2 * Math.PI;
@@ -18,6 +19,15 @@ export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].fi
 
 /** Returns the list of places. */
 export const placesOf = (data) => (Array.isArray(data[PLACES]) ? data[PLACES].map((it) => (it && typeof it === "object" ? it : {})) : []);
+
+/** Returns the cohorts of the population. */
+export const cohortsOf = (data) => {
+  const cohorts = valueAt(data, COHORTS);
+  return Array.isArray(cohorts) ? cohorts : [];
+};
+
+/** Returns the people whom the seed draws for the cohorts of data. */
+export const drawnOf = (store, data) => store.drawn.filter((it) => it.source && cohortsOf(data).includes(it.source));
 
 /** Returns the poses at which a place is used, apart from its own. */
 export const slotsOf = (place) => (Array.isArray(place?.slots) ? place.slots.filter(isPoint) : []);
@@ -79,7 +89,11 @@ export function nameOf(data, path) {
     return path.at(-1) === "goal" ? `${name}'s goal` : name;
   }
   if (path[0] === ROBOTS && path.length > 2) return [nameOf(data, robotPath(path)), ...path.slice(2)].join(" ");
+  // A field of a part is named after it.
+  const depth = { [HUMANS]: 2, [PLACES]: 2, [WORLD]: 3, population: 3 }[path[0]];
+  if (path.length > depth) return [nameOf(data, path.slice(0, depth)), ...path.slice(depth).filter((it) => typeof it === "string")].join(" ");
   const value = valueAt(data, path);
+  if (path.length === 3 && path[1] === "cohorts") return value?.name || `cohort ${path[2] + 1}`;
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (isPlace(path)) return value?.name || `place_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {
@@ -152,7 +166,8 @@ export function turnOps(data, path, yaw) {
 }
 
 function mapped(outline, f) {
-  return { ...outline, points: outline.points.map(f), parts: outline.parts?.map((it) => it.map(f)) };
+  const pieces = outline.pieces?.map(([material, points]) => [material, points.map(f)]);
+  return { ...outline, points: outline.points.map(f), parts: outline.parts?.map((it) => it.map(f)), pieces };
 }
 
 /** Returns an outline that follows a part from one value to another. */
@@ -195,8 +210,9 @@ export function outlinesAfter(data, outlines, ops) {
 }
 
 /** Returns the box [x0, y0, x1, y1] around all parts on the map. */
-export function boundsOf(data, outlines) {
-  const points = Object.values(outlines).flatMap((it) => it?.points ?? []);
+export function boundsOf(data, outlines, more = []) {
+  const points = [...more];
+  for (const it of Object.values(outlines)) points.push(...(it?.points ?? []));
   for (const person of peopleOf(data)) {
     if (isPoint(person.pose)) points.push(person.pose);
     points.push(...goalsOf(person).map(({ at }) => at));

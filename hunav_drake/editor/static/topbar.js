@@ -70,7 +70,7 @@ export function makeTopBar(store, tools) {
 
   const step = (kind, title) => {
     const text = h("span", { class: "step-name" });
-    const element = h("button", { type: "button", class: "button step", onclick: () => store[`${kind}Step`]() }, icon(kind), text);
+    const element = h("button", { type: "button", class: `button step ${kind}`, onclick: () => store[`${kind}Step`]() }, icon(kind), text);
     return {
       element,
       show(label) {

@@ -1,14 +1,12 @@
 import { svg } from "./dom.js";
-import { round, valueAt } from "./data.js";
-import { isPoint } from "./things.js";
-import { freeName, segmentAt } from "./changes.js";
+import { round } from "./data.js";
+import { uncovered, wallLines } from "./walllines.js";
 import { outline } from "./shapes.js";
 import { addParts, corners, discCorners, newName } from "./newparts.js";
 import { furnitureTool } from "./furniture.js";
 
-/** The thickness of the walls of a room, and the width of a door, in meters. */
+/** The thickness of the walls of a room, in meters. */
 const THICK = 0.15;
-const DOOR = 0.9;
 
 const WALLS = ["world", "walls"];
 
@@ -87,9 +85,10 @@ function areaTool(store, map, face, partsFor, shape = BOX) {
     const pulled = area(a, b);
     if (shape.width(pulled) < 0.05) return;
     const [label, values] = partsFor(pulled);
+    if (!values.length) return store.tools.choose("select");
     const parts = values.map((value) => ({ list: WALLS, value: { type: shape.type, ...value } }));
     addParts(store, label, parts, values.map((it) => ({ points: shape.corners(it), closed: true, kind: shape.type, height: 2.5 })));
-    store.tools.choose("select");
+    return store.tools.choose("select");
   }
   return {
     ...face,
@@ -97,6 +96,7 @@ function areaTool(store, map, face, partsFor, shape = BOX) {
     down(place, event) {
       // With the keyboard, each press sets a corner.
       if (!event.pointerId) {
+        place = store.snapped(place, event, { corners: true, lines: face.lines, from: first ?? place });
         if (first) end(first, place);
         first = first ? null : place;
         return null;
@@ -105,7 +105,7 @@ function areaTool(store, map, face, partsFor, shape = BOX) {
       return {
         move(now) {
           const at = map.view.toWorld(...map.pixels(now));
-          to = store.snapped(at, now, { corners: true });
+          to = store.snapped(at, now, { corners: true, lines: face.lines, from: place });
           map.sketch.replaceChildren(path(place, to));
           store.tell("hint", { text: shape.text(area(place, to)) });
         },
@@ -119,76 +119,42 @@ function areaTool(store, map, face, partsFor, shape = BOX) {
   };
 }
 
+/**
+ * Returns the walls of a room. Where a wall stands already, it is shared; so
+ * are its doors.
+ */
 function roomParts(store, { center: [x, y], size: [w, d] }) {
   const name = newName(store, WALLS, "room_north").replace("_north", "");
-  const wide = round(w + THICK);
-  const deep = round(d - THICK);
-  const [dx, dy] = [w / 2, d / 2];
-  const wall = (side, cx, cy, size) => ({ name: `${name.replace(/(_\d+)?$/, "")}_${side}${/_\d+$/.exec(name)?.[0] ?? ""}`, center: [round(cx), round(cy)], size });
-  return [
-    `Add a room`,
-    [
-      wall("north", x, y + dy, [wide, THICK]),
-      wall("south", x, y - dy, [wide, THICK]),
-      wall("east", x + dx, y, [THICK, deep]),
-      wall("west", x - dx, y, [THICK, deep]),
-    ],
+  const [dx, dy, half] = [w / 2, d / 2, THICK / 2];
+  const old = wallLines(store.get(WALLS));
+  const called = (side) => `${name.replace(/(_\d+)?$/, "")}_${side}${/_\d+$/.exec(name)?.[0] ?? ""}`;
+  const side = (it, axis, at, from, to) =>
+    uncovered(old, axis, at, from, to).map(([a, b]) => {
+      const [middle, length] = [round((a + b) / 2), round(b - a)];
+      const across = round(at);
+      return { name: called(it), center: axis ? [across, middle] : [middle, across], size: axis ? [THICK, length] : [length, THICK] };
+    });
+  const values = [
+    ...side("north", 0, y + dy, x - dx - half, x + dx + half),
+    ...side("south", 0, y - dy, x - dx - half, x + dx + half),
+    ...side("east", 1, x + dx, y - dy + half, y + dy - half),
+    ...side("west", 1, x - dx, y - dy + half, y + dy - half),
   ];
+  if (!values.length) store.say("The room has no walls of its own: all of them stand already.");
+  return ["Add a room", values];
 }
 
-/** Returns the parts of a wall on both sides of a door, or null. */
-function withDoor(wall, place) {
-  if (Array.isArray(wall.points)) {
-    const { points } = wall;
-    const { index } = segmentAt(points, place);
-    if (wall.type !== "polyline" || index >= points.length) return null;
-    const [a, b] = [points[index - 1], points[index]];
-    const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
-    if (length < DOOR + 0.2) return null;
-    const t = ((place[0] - a[0]) * (b[0] - a[0]) + (place[1] - a[1]) * (b[1] - a[1])) / length;
-    const from = Math.min(length - DOOR - 0.1, Math.max(0.1, t - DOOR / 2));
-    const at = (s) => [0, 1].map((i) => round(a[i] + (s / length) * (b[i] - a[i])));
-    return [
-      { ...wall, points: [...points.slice(0, index), at(from)] },
-      { ...wall, points: [at(from + DOOR), ...points.slice(index)] },
-    ];
-  }
-  if (!isPoint(wall.center) || !isPoint(wall.size)) return null;
-  const axis = wall.size[0] >= wall.size[1] ? 0 : 1;
-  const length = wall.size[axis];
-  if (length < DOOR + 0.2) return null;
-  const yaw = (wall.yaw ?? 0) + (axis ? Math.PI / 2 : 0);
-  const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
-  const t = (place[0] - wall.center[0]) * c + (place[1] - wall.center[1]) * s;
-  const middle = Math.max(-length / 2 + DOOR / 2 + 0.1, Math.min(length / 2 - DOOR / 2 - 0.1, t));
-  const piece = (low, high) => {
-    const size = [...wall.size];
-    size[axis] = round(high - low);
-    const m = (low + high) / 2;
-    return { ...wall, center: [round(wall.center[0] + m * c), round(wall.center[1] + m * s)], size };
-  };
-  return [piece(-length / 2, middle - DOOR / 2), piece(middle + DOOR / 2, length / 2)];
-}
-
-function doorTool(store) {
+function doorTool(store, map) {
   return {
     name: "door",
     title: "Door",
     icon: "door",
     key: "d",
-    hint: "Click a wall to add a door of 0.9 m.",
-    down(place, event, target) {
-      const key = target.closest?.("[data-key^='world/walls/']")?.getAttribute("data-key");
-      const path = key?.split("/").map((it, i) => (i === 2 ? Number(it) : it));
-      const halves = path && withDoor(valueAt(store.data, path), place);
-      if (!halves) {
-        store.say("A door needs a straight wall of at least 1.1 m: click one.");
-        return null;
-      }
-      const walls = store.get(WALLS);
-      const second = { ...halves[1], ...(halves[1].name ? { name: freeName(halves[1].name, new Set(walls.map((it) => it?.name))) } : {}) };
-      const ops = [["set", path, halves[0]], ["insert", [...WALLS, path[2] + 1], second]];
-      store.edit("Add a door", ops);
+    hint: "Click a wall to add a door of 0.9 m. It cuts all walls that stand there side by side.",
+    down(place) {
+      store.ask({ do: "door", at: place, reach: Math.min(10, Math.max(0.2, 12 / map.scale)) });
+      // The numbers of walls change.
+      store.select([]);
       store.tools.choose("select");
       return null;
     },
@@ -198,11 +164,11 @@ function doorTool(store) {
 
 /** Returns the tools for walls and furniture. */
 export function worldTools(store, map) {
-  const wall = { name: "wall", title: "Wall", icon: "wall", key: "w" };
+  const wall = { name: "wall", title: "Wall", icon: "wall", key: "w", lines: true };
   const polygon = { name: "polygon", title: "Polygon", icon: "polygon", key: "o" };
   const box = { name: "box", title: "Box", icon: "box", key: "b", hint: "Pull a box from corner to corner." };
   const disc = { name: "disc", title: "Disc", icon: "disc", key: "c", hint: "Pull a disc from its center to its rim." };
-  const room = { name: "room", title: "Room of four walls", icon: "room", key: "O", hint: "Pull a room from corner to corner." };
+  const room = { name: "room", title: "Room of four walls", icon: "room", key: "O", hint: "Pull a room from corner to corner. It snaps to other walls, and shares them.", lines: true };
   const one = (stem) => (area) => {
     const name = newName(store, WALLS, stem);
     return [`Add ${name}`, [{ name, ...area }]];
@@ -213,7 +179,7 @@ export function worldTools(store, map) {
     areaTool(store, map, box, one("box")),
     areaTool(store, map, disc, one("disc"), DISC),
     areaTool(store, map, room, (area) => roomParts(store, area)),
-    doorTool(store),
+    doorTool(store, map),
     furnitureTool(store, map),
   ];
 }

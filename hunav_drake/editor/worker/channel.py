@@ -7,6 +7,9 @@ import os
 
 from hunav_drake.editor.worker.handle import Message
 
+# A check waits for a pause in the changes, in seconds.
+_PAUSE = 0.2
+
 
 class Stopped(Exception):
     """The parent has cancelled the run."""
@@ -29,6 +32,11 @@ class Channel:
             self._waiting.append(self._read())
         message = self._waiting.popleft()
         # Only the last check is needed.
+        if message["do"] == "check":
+            while not self._waiting and self._connection.poll(_PAUSE):
+                self._waiting.append(self._read())
+                if self._waiting[0]["do"] == "check":
+                    message = self._waiting.popleft()
         self._read_all()
         while message["do"] == "check" and any(
             it["do"] == "check" for it in self._waiting
@@ -77,6 +85,7 @@ def answer(channel: Channel, message: Message) -> None:
     # Loaded late, so that the process can end with its parent meanwhile.
     if message["do"] == "check":
         from hunav_drake.editor.worker.names import (
+            find_drawn_people,
             find_model_outlines,
             find_names_faults,
         )
@@ -88,6 +97,7 @@ def answer(channel: Channel, message: Message) -> None:
                 "ticket": message["ticket"],
                 "faults": find_names_faults(*question),
                 "models": find_model_outlines(*question),
+                "drawn": find_drawn_people(*question),
             }
         )
     else:

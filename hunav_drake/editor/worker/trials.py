@@ -11,6 +11,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake.editor.worker.channel import Channel, Stopped
+from hunav_drake.editor.worker.events import ends_of, events_of
 from hunav_drake.editor.worker.statistics import value_text
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.result_files import WriteResult
@@ -239,6 +240,8 @@ def result_message(result: TrialResult) -> dict[str, Any]:
         "metrics": {name: plain_number(it) for name, it in metrics.items()},
         "texts": {name: value_text(name, it) for name, it in metrics.items()},
         "paths": _paths(result),
+        "events": events_of(result),
+        "ends": ends_of(result),
         "error": result.end_message if failed else None,
     }
 

@@ -359,6 +359,8 @@ class Worker:
             "metrics": {},
             "texts": {},
             "paths": None,
+            "events": [],
+            "ends": [],
             "report_url": None,
             "replay_url": None,
             "csv_url": None,

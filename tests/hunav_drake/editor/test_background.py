@@ -45,8 +45,12 @@ def view():
 
 
 def test_a_map_lies_in_its_place(view, files):
-    (answer,) = view.ask("background", name="cafe", files=files)
+    answer, told = view.ask("background", name="cafe", files=files)
     assert answer["kind"] == "background"
+    # It has no walls yet.
+    (fault,) = told["faults"]
+    assert fault["fix"] == {"label": "Trace walls", "do": "trace"}
+    assert fault["severity"] == "warning"
     assert (answer["width_m"], answer["height_m"]) == pytest.approx((4.0, 1.0))
     assert answer["origin"] == [1.0, 2.0, 0.0]
     image = base64.b64decode(answer["image"].partition(",")[2])
@@ -86,7 +90,8 @@ def test_maps_are_turned(tmp_path, view):
 def test_pictures_get_their_scale_from_the_view(view):
     cells = np.zeros((20, 40), dtype=bool)
     cells[5:15, 10:30] = True
-    (answer,) = view.ask("background", files=picture(cells))
+    answer, told = view.ask("background", files=picture(cells))
+    assert "set its scale" in told["faults"][0]["remedy"]
     assert not answer["is_map"]
     view.ask("trace", width_m=8.0, origin=[-4.0, -2.0, 0.0])
     shape = shapely.Polygon(view.data["world"]["walls"][0]["points"])
@@ -198,3 +203,24 @@ def test_the_map_of_a_scenario_is_shown_only_from_its_folder(tmp_path):
     assert fault["severity"] == "warning"
     assert "outside the folder" in fault["message"]
     assert view.messages[0]["outlines"] == {}
+
+
+def test_thin_walls_keep_their_thickness_and_are_traced(view, tmp_path):
+    rows = ["#" * 80, *["#" + "." * 78 + "#"] * 58, "#" * 80]
+    session = view.session
+    session.set_map(write_map(tmp_path, rows))
+    (fault,) = session.faults
+    assert "everybody walks through it" in fault["message"]
+    view.ask("trace")
+    assert session.faults == []
+    walls = [
+        shapely.Polygon(it["points"]) for it in view.data["world"]["walls"]
+    ]
+    # One cell of 0.1 m all around a hall of 8 m by 6 m.
+    area = sum(it.area for it in walls)
+    assert area == pytest.approx(2 * (8 + 5.8) * 0.1, rel=0.2)
+    # Its background may be removed; then nothing is missing either.
+    view.ask("undo")
+    assert len(session.faults) == 1
+    answer, told = view.ask("background", files={}, remove=True)
+    assert (answer["image"], told["faults"]) == (None, [])

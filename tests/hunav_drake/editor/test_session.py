@@ -73,7 +73,7 @@ class View:
         """Sends a message; returns the answers."""
         self.messages.clear()
         message = {"do": do, "id": 7, **content}
-        if do in ("edit", "preview", "text", "trace"):
+        if do in ("edit", "preview", "text", "trace", "door"):
             message.setdefault("base", self.revision)
         self.session.receive(message)
         assert all(it.get("id") in (7, None) for it in self.messages)
