@@ -271,12 +271,17 @@ class _FloorLayer:
 
     def Onto(self, picture: Image.Image) -> Image.Image:
         """Returns the picture with the layer on its floor."""
-        layer = self._layer.reduce(_FINER)
-        alpha = np.asarray(layer.getchannel("A")) * self._shot.floor
-        layer.putalpha(Image.fromarray(alpha.astype(np.uint8)))
-        result = picture.convert("RGBA")
-        result.alpha_composite(layer)
-        return result.convert("RGB")
+        if not (marked := self._layer.getbbox()):
+            return picture
+        left, top, right, bottom = marked
+        left, top = left // _FINER, top // _FINER
+        right, bottom = -(-right // _FINER), -(-bottom // _FINER)
+        fine = (_FINER * left, _FINER * top, _FINER * right, _FINER * bottom)
+        layer = self._layer.reduce(_FINER, fine)
+        floor = self._shot.floor[top:bottom, left:right]
+        alpha = np.asarray(layer.getchannel("A")) * floor
+        picture.paste(layer.convert("RGB"), (left, top), Image.fromarray(alpha))
+        return picture
 
 
 def _DrawClock(picture: Image.Image, time: float) -> None:
