@@ -241,12 +241,13 @@ class FilmOverlays:
         rows = shot.humans
         places = np.column_stack([rows[:, [X, Y]], np.full(len(rows), _HEAD_Z)])
         pixels, depth = shot.camera.Project(places)
-        reach = _HEAD * shot.camera.focal_length / depth
-        return [
-            (i, tuple(round(float(v)) for v in (x - r, y - r, x + r, y + r)))
-            for i, ((x, y), r) in enumerate(zip(pixels, reach, strict=True))
-            if np.isfinite([x, y, r]).all()
-        ]
+        found: list[tuple[int, _Box]] = []
+        for i, ((x, y), far) in enumerate(zip(pixels, depth, strict=True)):
+            if np.isfinite([x, y]).all():
+                r = _HEAD * shot.camera.focal_length / far
+                box = (round(x - r), round(y - r), round(x + r), round(y + r))
+                found.append((i, box))
+        return found
 
 
 class _FloorLayer:
