@@ -43,6 +43,7 @@ def render(
     png: Path,
     time: float | None = None,
     size: tuple[int, int] = (1200, 800),
+    view: str = "overview",
 ) -> Path:
     """Renders a page with headless Chromium; skips the test without one.
 
@@ -52,6 +53,7 @@ def render(
         time: For a recording, the time in it to show, in seconds. By default
             it plays.
         size: The width and height of the picture, in pixels.
+        view: The view of a replay, as in its links.
 
     Returns:
         The path of the picture.
@@ -86,7 +88,7 @@ def render(
                 f"--window-size={size[0]},{size[1]}",
                 "--virtual-time-budget=8000",
                 f"--screenshot={png}",
-                page.as_uri(),
+                f"{page.as_uri()}#view={view}",
             ],
             capture_output=True,
             text=True,

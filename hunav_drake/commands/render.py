@@ -1,6 +1,7 @@
 """The command `hunav render`."""
 
 import argparse
+import os
 from pathlib import Path
 import re
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from hunav_drake.commands.options import (
     add_import_option,
     overlay_names,
     progress_bar,
+    whole_number,
 )
 from hunav_drake.systems.common.input_error import InputError
 
@@ -51,15 +53,14 @@ def add_render_options(render: argparse.ArgumentParser) -> None:
     render.add_argument(
         "--size",
         type=_size,
-        default=(1280, 720),
         metavar="WxH",
-        help="width and height in pixels (default: 1280x720)",
+        help="width and height in pixels (default: 1280x720, of a .gif"
+        " 736x414)",
     )
     render.add_argument(
         "--fps",
         type=float,
-        default=25.0,
-        help="frames per second (default: 25)",
+        help="frames per second (default: 25, of a .gif 15)",
     )
     render.add_argument(
         "--speed",
@@ -97,6 +98,12 @@ def add_render_options(render: argparse.ArgumentParser) -> None:
     )
     render.add_argument(
         "--no-shadows", action="store_true", help="draw no shadows: faster"
+    )
+    render.add_argument(
+        "--workers",
+        type=whole_number(1),
+        help="the number of processes; it does not change the film (default:"
+        " one per processor)",
     )
     render.add_argument(
         "--quiet", action="store_true", help="show no progress bar"
@@ -155,6 +162,13 @@ def _render(options: argparse.Namespace) -> int:
         progress_bar("frames", options.quiet) as (_, show),
         input_errors(ValueError),
     ):
-        path = RenderFilm(options.run, output, config, progress=show)
+        path = RenderFilm(
+            options.run,
+            output,
+            config,
+            progress=show,
+            workers=options.workers or os.cpu_count() or 1,
+            imports=getattr(options, "imports", ()),
+        )
     print(f"Wrote {path}")
     return DONE

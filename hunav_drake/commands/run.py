@@ -322,12 +322,18 @@ def keep_run(
         replay = None
         if meshcat is not None:
             from hunav_drake.report.plots.situations import marks_of
+            from hunav_drake.views.events import events_of
             from hunav_drake.views.replay import SaveReplay
 
             replay = folder / "replay.html"
             run = result.recording
             marks = [marks_of(run, it.robot_name) for it in run.robots]
-            SaveReplay(meshcat, replay, marks=marks if run.num_humans else [])
+            SaveReplay(
+                meshcat,
+                replay,
+                marks=marks if run.num_humans else [],
+                events=events_of(run),
+            )
         WriteReport(result, folder / "report.html", replay=replay)
 
     with output_errors(options.out):

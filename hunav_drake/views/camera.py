@@ -1,6 +1,7 @@
 """The camera of a film: its pose, and its projection."""
 
 from dataclasses import dataclass
+import itertools
 import math
 from typing import Literal, get_args
 
@@ -21,6 +22,10 @@ VIEWS: tuple[View, ...] = get_args(View)
 # The distance of the camera from the robot that it follows, in meters.
 FOLLOW_DISTANCE = 11.0
 
+# The sun is so many times as far away as the scene is large; the size of a
+# pixel of what it sees, in meters, and their largest number along a side.
+_SUN_FAR, _SUN_PIXEL, _SUN_PIXELS = 60.0, 0.02, 1400
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -29,15 +34,19 @@ class Camera:
     Attributes:
         X_WC: Its pose, with x to the right, y down and z ahead.
         size: Width and height of the picture, in pixels.
+        fov: The angle that it sees from top to bottom, in radians.
+        clipping: The depths between which it sees things, in meters.
     """
 
     X_WC: RigidTransform
     size: tuple[int, int]
+    fov: float = FIELD_OF_VIEW
+    clipping: tuple[float, float] = (0.1, 2000.0)
 
     @property
     def focal_length(self) -> float:
         """In pixels."""
-        return self.size[1] / 2 / math.tan(FIELD_OF_VIEW / 2)
+        return self.size[1] / 2 / math.tan(self.fov / 2)
 
     def Project(self, points: Array) -> tuple[Array, Array]:
         """Projects points of shape (k, 3) in W, in meters, to the picture.
@@ -52,6 +61,16 @@ class Camera:
             scale = np.where(depth > 0.01, self.focal_length / depth, np.nan)
         middle = np.array(self.size) / 2
         return middle + p_CQ[:, :2] * scale[:, None], depth
+
+    def Unproject(self, depth: Array) -> Array:
+        """Returns what pixels show, (height, width, 3) in W, by its depth."""
+        w, h = self.size
+        v, u = np.mgrid[:h, :w] + 0.5
+        rays = [(u - w / 2), (v - h / 2), np.full((h, w), self.focal_length)]
+        p_CQ = np.stack(rays, axis=-1) * (depth / self.focal_length)[..., None]
+        R, p = self.X_WC.rotation().matrix(), self.X_WC.translation()
+        points: Array = p_CQ @ R.T + p
+        return points
 
     def FloorDepth(self) -> Array:
         """Returns the depth of the floor in each pixel, (height, width), in m.
@@ -93,6 +112,33 @@ def follow_camera(
     R_WC = _optical(bounds)
     target = np.array([robot[0], robot[1], 0.4])
     return Camera(_posed(R_WC, target - FOLLOW_DISTANCE * R_WC[:, 2]), size)
+
+
+def sun_camera(bounds: Bounds, fall: Array, *, height: float) -> Camera:
+    """Returns a camera that sees a rectangle of floor as the sun does.
+
+    `fall` is the direction of its light; the camera sees all up to a height, in
+    meters.
+    """
+    ahead = fall / np.linalg.norm(fall)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    axes = np.column_stack([right, np.cross(ahead, right), ahead])
+    xs, ys = (bounds.x_min, bounds.x_max), (bounds.y_min, bounds.y_max)
+    corners = np.array([*itertools.product(xs, ys, (0.0, height))]) @ axes
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    extent = 1.02 * (high - low)
+    distance = _SUN_FAR * extent.max()
+    pixel = max(_SUN_PIXEL, extent[:2].max() / _SUN_PIXELS)
+    width, depth = (math.ceil(it / pixel) for it in extent[:2])
+    middle = axes @ ((low + high) / 2)
+    reach = extent.max()
+    return Camera(
+        _posed(axes, middle - distance * ahead),
+        (width, depth),
+        2 * math.atan(depth * pixel / 2 / distance),
+        (distance - reach, distance + reach),
+    )
 
 
 def _optical(bounds: Bounds) -> Array:

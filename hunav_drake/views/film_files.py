@@ -25,6 +25,9 @@ _FIRST_FRAMES, _SAMPLES = 64, 8
 # The quality of a film: lower values give better and larger files.
 _RATE_FACTOR = "21"
 
+# The number of threads that encode a film, on any machine.
+_THREADS = 4
+
 
 def check_film_file(path: Path, size: tuple[int, int]) -> None:
     """Checks that a film can be written, before pictures are drawn.
@@ -98,7 +101,8 @@ def _write_gif(
         duration=gif_period(fps),
         loop=0,
         disposal=1,
-        optimize=False,
+        # Only what differs from the frame before is written.
+        optimize=True,
     )
 
 
@@ -139,6 +143,8 @@ def _write_mp4(
                 stream.width, stream.height = picture.size
                 stream.pix_fmt = "yuv420p"
                 stream.options = {"crf": _RATE_FACTOR, "preset": "medium"}
+                # (The bits of a film depend on their number.)
+                stream.codec_context.thread_count = _THREADS
             frame = av.VideoFrame.from_image(picture)
             container.mux(stream.encode(frame))
         if stream is not None:

@@ -10,10 +10,12 @@ from pydrake.geometry import Rgba
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import RADIUS, VX, VY, X, Y
+from hunav_drake.systems.scene.bounds import figure_of
 from hunav_drake.systems.scene.meshes import circle
 from hunav_drake.systems.scene.overlays.tags import (
     BUBBLE_Z,
     CALM,
+    CROWD,
     REACTING,
     ROBOT_TAG_Z,
     SPEECH,
@@ -39,9 +41,15 @@ from hunav_drake.systems.scene.scene_config import (
     WALKED_TIME,
     Overlay,
 )
+from hunav_drake.systems.scene.surroundings import (
+    GOAL_DOT,
+    GOAL_WIDTH,
+    goal_radius,
+)
 from hunav_drake.systems.world.solids import turned
 from hunav_drake.views.film_scene import Shot
 from hunav_drake.views.recorded_trial import RecordedTrial
+from hunav_drake.views.replay import view_bounds
 
 # The scale at which marks on the floor are drawn, for smooth edges.
 _FINER = 2
@@ -54,6 +62,10 @@ _WALKED_WIDTH = 0.07
 _TAG_LETTERS, _CLOCK_LETTERS = 0.026, 0.04
 _SMALLEST_LETTERS = 11
 
+# The height of the middle of heads, and their radius, in meters, and how many
+# heights of a tag it may be above its place.
+_HEAD_Z, _HEAD, _FARTHEST = 1.6, 0.16, 4
+
 
 class _Board(NamedTuple):
     """A text above a body: see `tag_picture`."""
@@ -62,6 +74,11 @@ class _Board(NamedTuple):
     height: float
     text: str
     colors: Colors
+    person: int = -1
+
+
+# Left, top, right and bottom, in pixels.
+_Box = tuple[int, int, int, int]
 
 
 class FilmOverlays:
@@ -73,6 +90,8 @@ class FilmOverlays:
         """Takes a trial and its overlays; those not recorded are ignored."""
         self._trial = trial
         self._shown = frozenset(overlays)
+        whole = view_bounds(trial.world, trial.humans, trial.robots)
+        self._middle = whole.center
 
     def Draw(self, shot: Shot) -> Image.Image:
         """Returns a picture with the overlays on it."""
@@ -118,8 +137,10 @@ class FilmOverlays:
     def _DrawGoals(self, floor: "_FloorLayer") -> None:
         for i, human in enumerate(self._trial.humans):
             for goal in human.goals:
-                place = np.array(goal[:2])
-                floor.Fill(place + circle(0.1, 24), TOPS[i % len(TOPS)])
+                place, r = np.array(goal[:2]), goal_radius(i)
+                floor.Band(place, r - GOAL_WIDTH, r, TOPS[i % len(TOPS)])
+                dot = place + circle(GOAL_DOT, 24)
+                floor.Fill(dot, TOPS[i % len(TOPS)])
         head = np.array([[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]])
         for k, robot in enumerate(self._trial.robots.values()):
             if robot.goal is None:
@@ -152,11 +173,12 @@ class FilmOverlays:
         signs = reacts & ("reactions" in self._shown)
         says = self._trial.Says(shot.time)
         words = self._trial.Activities(shot.time)
+        crowd = np.isfinite(shot.humans[:, X]).sum() > CROWD
         for i, row in enumerate(shot.humans):
             place = row[[X, Y]]
             human = self._trial.humans[i]
             lift = tag_lift(human.figure.tall)
-            if "names" in self._shown:
+            if "names" in self._shown and not crowd:
                 stands = math.hypot(row[VX], row[VY]) < STANDING_SPEED
                 activity = activity_text(words[i], stands)
                 text = tag_text(
@@ -165,14 +187,13 @@ class FilmOverlays:
                     "reacts" if reacts[i] else activity,
                 )
                 colors = REACTING if signs[i] else CALM
-                yield _Board(place, TAG_Z + lift, text, colors)
+                yield _Board(place, TAG_Z + lift, text, colors, i)
             if "speech" in self._shown and says[i]:
                 text = bubble_text(says[i])
-                yield _Board(place, BUBBLE_Z + lift, text, SPEECH)
+                yield _Board(place, BUBBLE_Z + lift, text, SPEECH, i)
         for name, row in zip(self._trial.robots, shot.robots, strict=True):
-            # Only several robots have names.
-            if name and "names" in self._shown:
-                text = tag_text(name, "")
+            if "names" in self._shown:
+                text = tag_text(figure_of(name), "")
                 yield _Board(row[[X, Y]], ROBOT_TAG_Z, text, CALM)
 
     def _DrawBoards(
@@ -184,16 +205,22 @@ class FilmOverlays:
         tops = np.array([[*it.place, it.height] for it in boards])
         pixels, depth = shot.camera.Project(tops)
         letters = max(round(_TAG_LETTERS * picture.height), _SMALLEST_LETTERS)
-        taken: list[tuple[int, int, int, int]] = []
+        heads = self._Heads(shot)
+        taken: list[_Box] = []
+        middle = np.array([*self._middle, 0.0])
+        reach = float(np.linalg.norm(shot.camera.X_WC.translation() - middle))
         # The nearest one is placed first.
         for i in np.argsort(depth):
             if not np.isfinite(pixels[i]).all():
                 continue
-            tag = tag_picture(boards[i].text, boards[i].colors, letters)
+            board = boards[i]
+            tag = tag_picture(board.text, board.colors, letters)
             x, y = pixels[i]
             left, top = round(x - tag.width / 2), round(y - tag.height)
-            # Above those in the way.
-            for box in sorted(taken, key=lambda box: -box[1]):
+            lowest = top
+            others = [box for k, box in heads if k != board.person]
+            # Above those in the way, and above heads, but not far from its own.
+            for box in sorted([*taken, *others], key=lambda box: -box[1]):
                 if (
                     left < box[2]
                     and box[0] < left + tag.width
@@ -201,8 +228,26 @@ class FilmOverlays:
                     and box[1] < top + tag.height
                 ):
                     top = box[1] - tag.height - 1
+            if lowest - top > _FARTHEST * tag.height:
+                continue
             taken.append((left, top, left + tag.width, top + tag.height))
-            picture.paste(tag, (left, top), tag)
+            # Those behind fade.
+            clear = float(np.clip(2.2 - depth[i] / reach, 0.45, 1.0))
+            mask = tag.getchannel("A").point(lambda v, c=clear: round(c * v))
+            picture.paste(tag, (left, top), mask)
+
+    def _Heads(self, shot: Shot) -> list[tuple[int, _Box]]:
+        """Returns people by their number, with a box around each head."""
+        rows = shot.humans
+        places = np.column_stack([rows[:, [X, Y]], np.full(len(rows), _HEAD_Z)])
+        pixels, depth = shot.camera.Project(places)
+        found: list[tuple[int, _Box]] = []
+        for i, ((x, y), far) in enumerate(zip(pixels, depth, strict=True)):
+            if np.isfinite([x, y]).all():
+                r = _HEAD * shot.camera.focal_length / far
+                box = (round(x - r), round(y - r), round(x + r), round(y + r))
+                found.append((i, box))
+        return found
 
 
 class _FloorLayer:
@@ -271,12 +316,17 @@ class _FloorLayer:
 
     def Onto(self, picture: Image.Image) -> Image.Image:
         """Returns the picture with the layer on its floor."""
-        layer = self._layer.reduce(_FINER)
-        alpha = np.asarray(layer.getchannel("A")) * self._shot.floor
-        layer.putalpha(Image.fromarray(alpha.astype(np.uint8)))
-        result = picture.convert("RGBA")
-        result.alpha_composite(layer)
-        return result.convert("RGB")
+        if not (marked := self._layer.getbbox()):
+            return picture
+        left, top, right, bottom = marked
+        left, top = left // _FINER, top // _FINER
+        right, bottom = -(-right // _FINER), -(-bottom // _FINER)
+        fine = (_FINER * left, _FINER * top, _FINER * right, _FINER * bottom)
+        layer = self._layer.reduce(_FINER, fine)
+        floor = self._shot.floor[top:bottom, left:right]
+        alpha = np.asarray(layer.getchannel("A")) * floor
+        picture.paste(layer.convert("RGB"), (left, top), Image.fromarray(alpha))
+        return picture
 
 
 def _DrawClock(picture: Image.Image, time: float) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from PIL import Image
 
 from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.scene.bounds import figure_of
 from hunav_drake.systems.scene.overlays.tags import bubble_text
 from hunav_drake.systems.scene.palette import REACTION, RECORDED, TOPS, accent
 from hunav_drake.systems.scene.plan_walls import draw_walls
@@ -74,8 +75,8 @@ class PlanView:
                 self._DrawPerson(i, row, sign, says[i])
         for k, (name, row) in enumerate(zip(trial.robots, robots, strict=True)):
             self._DrawBody(row, accent(k).rgba, zorder=6)
-            if name and "names" in self._shown:
-                self._DrawName(row, name)
+            if "names" in self._shown:
+                self._DrawName(row, figure_of(name))
         if "clock" in self._shown:
             style = {"transform": ax.transAxes, "va": "top", "fontsize": 13}
             ax.text(0.015, 0.98, f"{time:.1f} s", zorder=9, **style)

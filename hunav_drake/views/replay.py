@@ -51,6 +51,10 @@ __all__ = [
 # on it, begin and end in seconds, and its color, as "#d55e00".
 Mark = tuple[str, float, float, str]
 
+# What happened: what is told of it, its time in seconds, and its kind, which
+# gives it its color: "contact", "entry", "reaction" or "stop".
+Event = tuple[str, float, str]
+
 # The field of view of the camera, that of a long lens.
 FIELD_OF_VIEW = math.radians(32.0)
 
@@ -172,6 +176,7 @@ def SaveReplay(
     filename: str | os.PathLike[str],
     *,
     marks: Sequence[Sequence[Mark]] = (),
+    events: Sequence[Event] = (),
 ) -> Path:
     """Writes the scene of a Meshcat, with its recording, as one web page.
 
@@ -184,12 +189,13 @@ def SaveReplay(
         meshcat: The Meshcat.
         filename: The file to write, in an existing folder.
         marks: Rows of stretches to mark below the time line.
+        events: What happened, to jump to it.
 
     Returns:
         The absolute path of the file.
     """
     path = Path(filename).resolve()
-    page = with_panel(meshcat.StaticHtml(), marks)
+    page = with_panel(meshcat.StaticHtml(), marks, events)
     # Motion takes much text: a compressed page is a fifth as large.
     packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
     loader = _part("packed.html")
@@ -200,13 +206,19 @@ def SaveReplay(
     return path
 
 
-def with_panel(html: str, marks: Sequence[Sequence[Mark]] = ()) -> str:
+def with_panel(
+    html: str,
+    marks: Sequence[Sequence[Mark]] = (),
+    events: Sequence[Event] = (),
+) -> str:
     """Returns a page of Meshcat with the controls of a replay."""
     # The last one: a script before may contain this tag.
     before, after = html.rsplit("</body>", 1)
     # No text may end the script.
-    told = json.dumps(marks).replace("<", "\\u003c")
-    panel = _part("panel.html").replace("MARKED_TIMES", told)
+    panel = _part("panel.html")
+    for name, told in (("MARKED_TIMES", marks), ("EVENT_TIMES", events)):
+        text = json.dumps(told).replace("<", "\\u003c")
+        panel = panel.replace(name, text)
     return f"{before}{panel}</body>{after}"
 
 

@@ -125,6 +125,7 @@ def WriteReplay(
     from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.scenario.population import draw_people
     from hunav_drake.trial.simulation import RunTrial
+    from hunav_drake.views.events import events_of
     from hunav_drake.views.replay import SaveReplay, SetView, StartMeshcatLocal
 
     # Meshcat logs its address, which nobody needs.
@@ -144,4 +145,4 @@ def WriteReplay(
             " something from run to run?"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
-    SaveReplay(meshcat, path)
+    SaveReplay(meshcat, path, events=events_of(result.recording))

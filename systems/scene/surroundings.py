@@ -8,7 +8,6 @@ import math
 import numpy as np
 from pydrake.geometry import (
     Box as BoxShape,
-    Cylinder,
     GeometrySet,
     PerceptionProperties,
     Rgba,
@@ -26,6 +25,7 @@ from hunav_drake.systems.scene.bounds import Bounds, Robots, by_name, figure_of
 from hunav_drake.systems.scene.gazebo_visuals import AddGazeboVisuals
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
+    disc,
     ellipsoid,
     extrude,
     join,
@@ -70,6 +70,9 @@ _MARK_LOW, _MARK_HIGH = 0.001, 0.004
 
 # The number of goals at one place that are visible as rings of their colors.
 _GOAL_LEVELS = 6
+
+# The width of the ring around a goal, and the radius of the dot, in meters.
+GOAL_WIDTH, GOAL_DOT = 0.035, 0.055
 
 
 def AddFloor(
@@ -249,24 +252,38 @@ def AddGoalMarks(
 
     A robot's goal is a ring of its radius with an arrow along the final
     heading, "robot_goal", or, of several, the name and "_goal"; the goals of
-    person i are dots in the color of the shirt, "human_i_goal_k". Marks have no
+    person i are targets, a ring with a dot, in the color of the shirt,
+    "human_i_goal_k". Marks have no
     perception role, so simulated cameras do not see them.
     """
     mark = partial(AddVisual, plant, plant.world_body(), perceived=False)
     for i, human in enumerate(humans):
         level = i % _GOAL_LEVELS
         color = TOPS[i % len(TOPS)]
-        thickness = _MARK_HIGH - _MARK_LOW + 0.001 * level
-        dot = Cylinder(0.10 - 0.012 * level, thickness)
+        height, radius = _MARK_HIGH + 0.001 * level, goal_radius(i)
+        target = join(
+            [
+                ring(radius - GOAL_WIDTH, radius, height),
+                disc(GOAL_DOT, height, sides=24),
+            ]
+        )
         for k, (x, y) in enumerate(human.goals):
-            X_WG = RigidTransform([x, y, _MARK_LOW + thickness / 2])
-            mark(f"human_{i}_goal_{k}", dot, color, X_WG)
+            X_WG = RigidTransform([x, y, 0.0])
+            mark(f"human_{i}_goal_{k}", target, color, X_WG)
     for k, (name, it) in enumerate(by_name(robot).items()):
         if it.goal is not None:
             x, y, yaw = it.goal
             X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
-            ring = _goal_ring(it.radius)
-            mark(f"{figure_of(name)}_goal", ring, accent(k), X_WG)
+            around = _goal_ring(it.radius)
+            mark(f"{figure_of(name)}_goal", around, accent(k), X_WG)
+
+
+def goal_radius(index: int) -> float:
+    """Returns the radius of the marks at the goals of a person, in meters.
+
+    Several people may have goals at one place.
+    """
+    return 0.19 - 0.015 * (index % _GOAL_LEVELS)
 
 
 def _cuts(low: float, high: float, tile: float) -> list[float]:

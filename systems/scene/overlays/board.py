@@ -70,8 +70,8 @@ COSTMAP_Z: dict[Overlay, float] = {
 }
 _LIFT, _LEVELS = 0.0005, 12
 
-# Below the floor, where nothing is visible.
-HIDDEN_Z = -1.0
+# Within the floor, where nothing is visible: see `Board.hidden`.
+HIDDEN_Z = -0.045
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,10 @@ class Board:
             for k, it in enumerate(self.robots)
         ]
         # The axes of the overview camera that tags face: right, up, back.
-        self.R_WT = overview_rotation(scene_bounds(world, humans, robot))
+        bounds = scene_bounds(world, humans, robot)
+        self.R_WT = overview_rotation(bounds)
+        # Where marks are not visible, from any side: in the middle of the slab.
+        self.hidden = [*bounds.center, HIDDEN_Z]
         self._humans = tuple(humans)
         self.recorded = tuple(it.track is not None for it in humans)
         self.sayings = tuple(sayings or ())
@@ -146,13 +149,13 @@ class Board:
     def Frame(self, robot: str) -> str:
         """Returns the path of a frame that moves with a robot.
 
-        Views follow it, and it has the name tag of one of several robots.
+        Views follow it, and it has the robot's name tag.
         """
         path = f"{PLACE}/overlay_robot"
         return f"{path}/{robot}" if robot else path
 
     def NameOf(self, robot: str) -> str:
-        """Returns the path of the name tag of one of several robots."""
+        """Returns the path of the name tag of a robot."""
         return f"{self.Frame(robot)}/overlay_names"
 
     def OfAll(self, overlay: Overlay, robot: str = "") -> str:
@@ -208,7 +211,7 @@ class Board:
             return [path for path, _ in self.boards[len(self.names) :]]
         paths = [self.OfPerson(overlay, name) for name in self.names]
         if overlay == "names":
-            paths += [self.NameOf(it) for it in self.robots if it]
+            paths += [self.NameOf(it) for it in self.robots]
         return paths
 
     def Show(self, overlay: Overlay, visible: bool) -> None:
@@ -243,12 +246,10 @@ class Board:
                 self._AddDot(self.Plan(k, name), 0.045, plan)
             for k in range(num_scan_dots.get(name, 0)):
                 self._AddDot(self.Scan(k, name), 0.025, SCAN)
-            if name:
-                path = self.NameOf(name)
-                self.meshcat.SetObject(f"{path}/0", TagBoard(name))
-                self.meshcat.SetProperty(
-                    path, "position", [0.0, 0.0, ROBOT_TAG_Z]
-                )
+            path = self.NameOf(name)
+            tag = TagBoard(tag_text(figure_of(name), ""))
+            self.meshcat.SetObject(f"{path}/0", tag)
+            self.meshcat.SetProperty(path, "position", [0.0, 0.0, ROBOT_TAG_Z])
         # An empty object that tells the page of a replay to show a clock.
         self.meshcat.SetTransform(self.OfAll("clock"), RigidTransform())
         for overlay in OVERLAYS:
@@ -267,7 +268,7 @@ class Board:
 
     def _AddDot(self, path: str, radius: float, color: Rgba) -> None:
         self.meshcat.SetObject(path, Cylinder(radius, 0.003), color)
-        self.meshcat.SetProperty(path, "position", [0.0, 0.0, HIDDEN_Z])
+        self.meshcat.SetProperty(path, "position", self.hidden)
 
     def _AddMesh(self, path: str, mesh: TriangleMesh, color: Rgba) -> None:
         self.meshcat.SetTriangleMesh(

@@ -40,7 +40,6 @@ from hunav_drake.systems.common.layout import (
 from hunav_drake.systems.scene.bounds import port_of
 from hunav_drake.systems.scene.overlays.board import (
     COSTMAP_Z,
-    HIDDEN_Z,
     MAX_SCAN_DOTS,
     PLAN_DOTS,
     PLAN_Z,
@@ -292,7 +291,7 @@ class OverlayPublisher(LeafSystem):
         for walker in board.walkers:
             row = (robots if walker.is_robot else humans)[walker.row]
             path = board.Walked(walker, count % WALKED_DOTS)
-            place = [0.0, 0.0, HIDDEN_Z]
+            place = board.hidden
             if not math.isnan(row[X]):
                 place = [row[X], row[Y], walker.height]
             # In a recording, it shrinks to nothing just before its object is
@@ -321,7 +320,6 @@ class OverlayPublisher(LeafSystem):
         tagged += [
             (board.NameOf(name), row, ROBOT_TAG_Z)
             for name, row in zip(board.robots, robots, strict=True)
-            if name
         ]
         for path, row, height in tagged:
             if not math.isnan(row[X]):
@@ -402,7 +400,7 @@ class OverlayPublisher(LeafSystem):
         if not robot.path.HasValue(context):
             return
         path = np.asarray(robot.path.Eval(context), dtype=float)
-        places = np.full((PLAN_DOTS, 3), HIDDEN_Z)
+        places = np.tile(self._board.hidden, (PLAN_DOTS, 1))
         if len(path):
             places[:, :2] = spread(path, PLAN_DOTS)
             places[:, 2] = PLAN_Z
@@ -443,7 +441,7 @@ class OverlayPublisher(LeafSystem):
         dots = min(MAX_SCAN_DOTS, len(ranges))
         rays = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
         for k, i in enumerate(rays):
-            place = [0.0, 0.0, HIDDEN_Z]
+            place = self._board.hidden
             if math.isfinite(ranges[i]):
                 angle = row[YAW] + angles[i]
                 x = row[X] + ranges[i] * math.cos(angle)

@@ -49,14 +49,24 @@ WORDS: dict[float, str] = {
     _WORKS: "works",
 }
 
-_LONGEST = 40
+_LONGEST, _LONGEST_TAG = 40, 30
+
+# The behavior that tags do not tell.
+USUAL_BEHAVIOR = "regular"
+
+# In larger crowds, people have no tags.
+CROWD = 12
 
 
 def tag_text(name: str, behavior: str, activity: str = "") -> str:
-    """Returns the text of a person's tag."""
+    """Returns the text of a person's tag.
+
+    The usual behavior goes without saying.
+    """
+    behavior = "" if behavior == USUAL_BEHAVIOR else behavior
     parts = [part for part in (name, behavior, activity) if part]
     text = " \N{MIDDLE DOT} ".join(parts)
-    return _cut(text)
+    return _cut(text, _LONGEST_TAG)
 
 
 def calm_activities(signals: Array | None, n: int) -> list[str]:
@@ -89,11 +99,11 @@ def tag_lift(tall: float) -> float:
 
 def bubble_text(text: str) -> str:
     """Returns the text of a bubble with what a person says."""
-    return _cut(f"\u201c{text}\u201d")
+    return _cut(f"\u201c{text}\u201d", _LONGEST)
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "\u2026"
+def _cut(text: str, longest: int) -> str:
+    return text if len(text) <= longest else text[: longest - 1] + "\u2026"
 
 
 @lru_cache(maxsize=512)

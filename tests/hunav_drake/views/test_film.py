@@ -1,4 +1,5 @@
 import dataclasses
+import multiprocessing
 
 import numpy as np
 from PIL import Image
@@ -360,3 +361,84 @@ def test_a_folder_without_a_recording_is_an_error(tmp_path):
 def test_a_folder_of_results_is_that_of_its_only_run(run, tmp_path):
     results = run.parents[1]
     assert LoadRecordedTrial(results).duration == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".mp4"])
+def test_a_film_is_the_same_for_any_number_of_processes(run, tmp_path, suffix):
+    if suffix == ".mp4":
+        pytest.importorskip("av", reason="the extra [film] is not installed")
+    films = []
+    for workers in (1, 2):
+        path = tmp_path / f"{workers}{suffix}"
+        told = []
+        mut.RenderFilm(
+            run,
+            path,
+            config(fps=14.0),
+            progress=lambda done, total, told=told: told.append((done, total)),
+            workers=workers,
+        )
+        assert told == [(k + 1, told[0][1]) for k in range(told[0][1])]
+        assert len(told) > 40
+        films.append(path.read_bytes())
+    assert films[0] == films[1]
+
+
+@pytest.mark.parametrize("view", ["perspective", "top"])
+def test_what_stands_still_is_drawn_once_and_looks_the_same(run, view):
+    """A picture is put together from what stands still and what moves."""
+    trial = LoadRecordedTrial(run)
+    shots = []
+    for drawn in (FilmScene, WholeScene):
+        scene = drawn(trial, view, SIZE, start=1.0, step=0.5)
+        shots.append([scene.Take(), scene.Take()])
+    for put, whole in zip(*shots, strict=True):
+        off = np.abs(put.image.astype(int) - whole.image).max(axis=-1)
+        # Shadows on the figures themselves, and the edges of all shadows.
+        assert np.mean(off > 40) < 0.01
+        assert np.mean(put.floor != whole.floor) < 0.002
+    (first, second), _ = shots
+    assert np.any(first.image != second.image)
+
+
+class WholeScene(FilmScene):
+    """Draws all anew for each picture, as for a camera that moves."""
+
+    def _DrawStill(self):
+        return None
+
+
+def test_a_picture_does_not_depend_on_those_before(run):
+    trial = LoadRecordedTrial(run)
+    one, other = (
+        FilmScene(trial, "perspective", SIZE, start=0.0, step=0.04)
+        for _ in range(2)
+    )
+    for number in range(12):
+        last = one.Take(number)
+    np.testing.assert_array_equal(other.Take(11).image, last.image)
+
+
+def test_a_gif_is_small_by_default(run, tmp_path):
+    path = mut.RenderFilm(run, tmp_path / "film.gif")
+    with Image.open(path) as film:
+        assert film.size == (736, 414)
+        assert 1000 / film.info["duration"] == pytest.approx(15.0, rel=0.1)
+        assert film.n_frames == 43
+    # A film of 22 s may have 6 MB.
+    assert path.stat().st_size < 6e6 * 3.0 / 22.0
+
+
+def test_a_failed_film_leaves_neither_file_nor_process(run, tmp_path):
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    before = {it.pid for it in multiprocessing.active_children()}
+    with pytest.raises(KeyboardInterrupt):
+        mut.RenderFilm(
+            *(run, tmp_path / "film.gif", config(view="plot")),
+            progress=stop,
+            workers=2,
+        )
+    assert not list(tmp_path.iterdir())
+    assert {it.pid for it in multiprocessing.active_children()} <= before
