@@ -21,6 +21,7 @@ from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.runs.settings import contenders, with_names
 from hunav_drake.runs.statistics import TIMES, is_rate
 from hunav_drake.systems.common.files import atomic_write, file_name_part
+from hunav_drake.systems.common.suggest import shown as quoted, suggestion
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.trial.metric_facts import HEADLINE
 from hunav_drake.trial.result import TrialResult
@@ -119,7 +120,7 @@ def WriteFigures(
 
     Raises:
         OSError: If a file cannot be written.
-        ValueError: If the table has no such column.
+        ValueError: If there is no such metric or format.
     """
     import matplotlib as mpl
 
@@ -133,6 +134,17 @@ def WriteFigures(
             for it in table
             if base_name(it) == base
         ]
+    columns = [str(it) for it in table]
+    for what, given, known in (
+        ("metrics", metrics, columns),
+        ("formats", formats, list(FORMATS)),
+    ):
+        for name in given:
+            if name not in known:
+                raise ValueError(
+                    f"{what}: there is no {quoted(name)};"
+                    f" {suggestion(name, known)}"
+                )
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     paths, floats = [], []

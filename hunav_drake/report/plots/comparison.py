@@ -135,6 +135,12 @@ def plot_differences(
         ValueError: If the table has no such column or reference.
     """
     table, metric, _ = _prepared(runs, metric, "contender")
+    for column in ("planner", "seed"):
+        if column not in table:
+            raise ValueError(
+                f"the table of runs has no column {column!r}, and differences"
+                " are of planners on equal seeds"
+            )
     names = list(dict.fromkeys(table["contender"]))
     first = names[0] if reference is None else reference
     if first not in names:

@@ -143,6 +143,18 @@ def test_an_unknown_reference_is_told():
         plot_differences(runs_of(a=A, b=B), reference="c")
 
 
+def test_what_figures_lack_is_told(tmp_path):
+    runs = runs_of(a=A, b=B)
+    for column in ("planner", "seed"):
+        with pytest.raises(ValueError, match=f"no column '{column}'"):
+            plot_differences(runs.drop(columns=column), "path_length")
+    with pytest.raises(ValueError, match=r"metrics: there is no 'path_lenth'"):
+        WriteFigures(runs, tmp_path / "no", metrics=["path_lenth"])
+    with pytest.raises(ValueError, match=r"formats: there is no 'eps'; valid"):
+        WriteFigures(runs, tmp_path / "no", formats=["eps"])
+    assert not (tmp_path / "no").exists()
+
+
 def test_scenarios_are_not_averaged():
     """A planner that lacks seeds in a hard one would look fast."""
     hall, yard = runs_of(a=A, b=B), runs_of(a=10 * A, b=[])
