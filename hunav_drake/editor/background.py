@@ -66,7 +66,7 @@ class Background:
         if not len(cells):
             return np.zeros((0, 2))
         some = np.linspace(0, len(cells) - 1, _SAMPLE).astype(int)
-        return cells[some][:, ::-1] + 0.5
+        return np.asarray(cells[some][:, ::-1] + 0.5)
 
     def placed(
         self, width: float, origin: tuple[float, float, float]
