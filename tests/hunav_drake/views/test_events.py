@@ -16,11 +16,7 @@ def recorded(last=-1.0, **more):
     humans[:, 0, X], humans[:, 0, RADIUS] = 4.6, 0.3
     humans[:, 0, YAW] = np.pi
     return Recording(
-        times=times,
-        robot=robot,
-        humans=humans,
-        human_names=["ana"],
-        **more,
+        times=times, robot=robot, humans=humans, human_names=["ana"], **more
     )
 
 
