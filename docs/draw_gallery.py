@@ -1,7 +1,8 @@
-"""Draws `gallery/`: a picture or a short film of each choice.
+"""Draws `gallery/`, a picture or a short film of each choice, and `film.gif`.
 
 python docs/draw_gallery.py            # all of them
 python docs/draw_gallery.py curious    # those of these names
+python docs/draw_gallery.py film
 """
 
 from pathlib import Path
@@ -43,6 +44,8 @@ def main(names: list[str]) -> None:
     }
     # (Three only do as others say.)
     planners = set(PLANNERS) - {"bridge", "external", "stand"}
+    if not names or "film" in names:
+        draw_film()
     draw(names, "scenarios", {it: [it] for it in shipped}, draw_scenario)
     draw(names, "behaviors", reactions, draw_behavior)
     draw(
@@ -51,6 +54,22 @@ def main(names: list[str]) -> None:
         {it: [PLACE, "--planner", it] for it in planners},
         draw_planner,
     )
+
+
+def draw_film() -> None:
+    """Films the head of the README: a cafe, with the robot in the middle."""
+    config = FilmConfig(
+        view="follow",
+        size=(640, 360),
+        fps=10.0,
+        start=4.0,
+        end=16.0,
+        overlays=("walked", "speech", "reactions"),
+    )
+    with TemporaryDirectory() as folder:
+        hunav(["run", "living_cafe", "--out", folder, "--quiet"])
+        (run,) = Path(folder, "runs").iterdir()
+        RenderFilm(run, FOLDER.parent / "film.gif", config)
 
 
 def draw(names, kind, runs, draw_run) -> None:

@@ -61,9 +61,11 @@ CROWD = 12
 def tag_text(name: str, behavior: str, activity: str = "") -> str:
     """Returns the text of a person's tag.
 
-    The usual behavior goes without saying.
+    The usual behavior goes without saying, and so does one of which the
+    activity tells: who "sits" has the behavior "sit".
     """
-    behavior = "" if behavior == USUAL_BEHAVIOR else behavior
+    if behavior == USUAL_BEHAVIOR or activity == f"{behavior}s":
+        behavior = ""
     parts = [part for part in (name, behavior, activity) if part]
     text = " \N{MIDDLE DOT} ".join(parts)
     return _cut(text, _LONGEST_TAG)

@@ -448,6 +448,7 @@ def test_the_length_of_arrows_grows_to_a_limit():
 
 
 def test_tags_tell_name_behavior_and_activity():
+    assert tag_text("ana", "sit", "sits") == "ana \N{MIDDLE DOT} sits"
     text = tag_text("ana", "curious", "reacts")
     assert [part in text for part in ("ana", "curious", "reacts")] == [True] * 3
     assert len(tag_text("x" * 90, "regular")) <= 40
