@@ -229,6 +229,7 @@ def _drawing(trial: RecordedTrial, film: _Film) -> _Draw:
         start=film.times[0],
         step=film.step,
         shadows=film.shadows,
+        single=len(film.times) == 1,
     )
     drawn = FilmOverlays(trial, film.overlays)
     return lambda number: drawn.Draw(scene.Take(number))

@@ -125,6 +125,7 @@ class FilmScene:
         start: float,
         step: float,
         shadows: bool = True,
+        single: bool = False,
     ) -> None:
         """Constructs a FilmScene.
 
@@ -136,6 +137,7 @@ class FilmScene:
                 recording, in seconds.
             step: The time between two pictures, on that clock.
             shadows: Whether figures cast shadows.
+            single: Whether one picture is taken only: it is drawn whole.
         """
         self._trial = trial
         self._view = view
@@ -161,7 +163,8 @@ class FilmScene:
         ShowCut(scene.plant, scene.scene_graph)
         add = scene.scene_graph.AddRenderer
         add(_RENDERER, _MakeRenderer(self._bounds, shadows))
-        if view != "follow":
+        stands = view != "follow" and not single
+        if stands:
             # Edges of figures blend with what is mostly behind them.
             floor = [FLOOR[0].r(), FLOOR[0].g(), FLOOR[0].b()]
             add(_MOVING, _MakeRenderer(self._bounds, False, floor))
@@ -182,7 +185,7 @@ class FilmScene:
         self._Advance(0)
         # A camera that stands sees the same floor and world all the time.
         self._still: _Still | None = None
-        if view != "follow":
+        if stands:
             self._still = self._DrawStill()
 
     def Take(self, number: int | None = None) -> Shot:
