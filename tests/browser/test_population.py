@@ -78,6 +78,7 @@ def test_drawn_people_are_shown_and_become_their_own(open_editor, worker):
     editor.expect(toast).to_contain_text("Make 4 people of guest their own")
     # Those of the other cohort are drawn as before.
     editor.expect(shown).to_have_count(2, timeout=1000 * PATIENCE)
+    editor.expect(editor.page.locator(".step").first).to_be_enabled()
     editor.undo_all()
     editor.wait(lambda it: it.text == DRAWN)
 
