@@ -23,6 +23,17 @@ def no_garbage():
     gc.collect()
 
 
+@pytest.fixture(scope="module")
+def worker():
+    """The process that runs trials, one for the tests of a file."""
+    from hunav_drake.editor.worker import Worker
+
+    own = Worker()
+    own.start()
+    yield own
+    own.close()
+
+
 @pytest.fixture
 def open_editor(browser, tmp_path):
     """Opens the editor of a text, a file or nothing; checks it in the end."""

@@ -1,7 +1,5 @@
 """People whom a seed draws, on the map before a run."""
 
-import pytest
-
 from tests.browser.driver import SharedWorker, at, near
 
 # The simulation is loaded, perhaps on a busy machine.
@@ -21,16 +19,6 @@ population:
       goals: [{rectangle: [-4, 2, 4, 4]}]
     - {number: 2, start: [{rectangle: [5, -4, 7, 4]}]}
 """
-
-
-@pytest.fixture(scope="module")
-def worker():
-    from hunav_drake.editor.worker import Worker
-
-    own = Worker()
-    own.start()
-    yield own
-    own.close()
 
 
 def drawn_by(text):

@@ -30,16 +30,6 @@ robot:
 """
 
 
-@pytest.fixture(scope="module")
-def worker():
-    from hunav_drake.editor.worker import Worker
-
-    own = Worker()
-    own.start()
-    yield own
-    own.close()
-
-
 def checked(path):
     """Returns the messages of `hunav check` about a file."""
     from hunav_drake.scenario import LoadScenario, ScenarioError

@@ -19,16 +19,6 @@ LONG = f"{SMALL}planner: pursuit\nsimulation: {{duration: 900.0}}\n".replace(
 )
 
 
-@pytest.fixture(scope="module")
-def worker():
-    from hunav_drake.editor.worker import Worker
-
-    own = Worker()
-    own.start()
-    yield own
-    own.close()
-
-
 @pytest.fixture
 def open_with_worker(open_editor, worker):
     def start(text=None):
