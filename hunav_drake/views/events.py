@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hunav_drake.systems.common.arrays import Mask
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import VX, VY
 from hunav_drake.systems.evaluation.encounters import ZONES, find_encounters
 from hunav_drake.systems.evaluation.recording import Recording
@@ -23,7 +23,11 @@ def events_of(recording: Recording) -> list[Event]:
 
     Reactions are those of people whose behaviors react to robots.
     """
-    events = [*_reactions(recording)]
+    names = recording.human_names
+    events: list[Event] = [
+        (f"{names[i]} reacts", begin, "reaction")
+        for i, begin, _ in reactions(recording)
+    ]
     for robot in recording.robots:
         name = robot.robot_name
         events += _stops(robot, name or "the robot")
@@ -42,29 +46,42 @@ def events_of(recording: Recording) -> list[Event]:
     return sorted(events, key=lambda event: event[1])
 
 
-def _begins(mask: Mask) -> Mask:
-    """Returns where rows of a mask begin to be true, not at the first."""
-    begins = np.zeros_like(mask)
-    begins[1:] = mask[1:] & ~mask[:-1]
-    return begins
+def stretches(times: Array, mask: Mask) -> Iterator[tuple[float, float]]:
+    """Yields begin and end of the times at which a mask is true, in seconds.
+
+    Args:
+        times: Shape (N + 1,).
+        mask: Shape (N + 1,).
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]])))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        yield float(times[begin]), float(times[min(end, len(times) - 1)])
 
 
-def _reactions(recording: Recording) -> Iterator[Event]:
+def reactions(recording: Recording) -> Iterator[tuple[int, float, float]]:
+    """Yields who reacts to a robot, by row, and from when to when.
+
+    Behaviors that people have with places and each other are no reactions.
+    """
     status, signals = recording.behavior_status, recording.social_signals
     if status is None:
         return
-    for k, i in np.argwhere(_begins(status != 0)).tolist():
+    reacts = status != 0
+    for k in np.flatnonzero(reacts.any(axis=1)).tolist():
         row = None if signals is None else signals[k]
-        if not calm_activities(row, recording.num_humans)[i]:
-            name = recording.human_names[i]
-            yield f"{name} reacts", float(recording.times[k]), "reaction"
+        calm = calm_activities(row, recording.num_humans)
+        reacts[k] &= [not word for word in calm]
+    # (What people do is shown from the second sample on.)
+    reacts[:1] = False
+    for i in range(recording.num_humans):
+        for begin, end in stretches(recording.times, reacts[:, i]):
+            yield i, begin, end
 
 
 def _stops(robot: Recording, name: str) -> Iterator[Event]:
-    times = robot.times
     stands = np.hypot(robot.robot[:, VX], robot.robot[:, VY]) < _STOPPED
-    for k in np.flatnonzero(_begins(stands)).tolist():
-        moves = np.flatnonzero(~stands[k:])
-        # (Not what it does at its goal.)
-        if len(moves) and times[k + moves[0]] - times[k] >= _LEAST_STOP:
-            yield f"{name} stops", float(times[k]), "stop"
+    first, last = robot.times[[0, -1]].tolist()
+    for begin, end in stretches(robot.times, stands):
+        # (Not before it has started, and not what it does at its goal.)
+        if begin > first and end < last and end - begin >= _LEAST_STOP:
+            yield f"{name} stops", begin, "stop"

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.result import TrialResult
+from hunav_drake.views.events import reactions, stretches
 
 # At most so many events are told; the shortest ones are left out.
 _MOST = 400
@@ -81,13 +81,9 @@ def _arrivals(result: TrialResult) -> Iterator[dict[str, Any]]:
 
 
 def _reactions(run: Recording) -> Iterator[dict[str, Any]]:
-    if run.behavior_status is None:
-        return
-    reacts = run.behavior_status != 0
-    for i, name in enumerate(run.human_names):
-        for begin, end in _stretches(run.times, reacts[:, i]):
-            text = f"{name} ({run.behaviors[i]}) reacts to the robot"
-            yield _event("reaction", begin, end, text)
+    for i, begin, end in reactions(run):
+        text = f"{run.human_names[i]} ({run.behaviors[i]}) reacts to the robot"
+        yield _event("reaction", begin, end, text)
 
 
 def _contacts(run: Recording) -> Iterator[dict[str, Any]]:
@@ -95,11 +91,11 @@ def _contacts(run: Recording) -> Iterator[dict[str, Any]]:
     if run.contacts is not None:
         for i, name in enumerate(run.human_names):
             touches = run.contacts[:, i, Contact.LASTS] > 0
-            for begin, end in _stretches(run.times, touches):
+            for begin, end in stretches(run.times, touches):
                 yield _event("contact", begin, end, f"{who} touches {name}")
     if run.wall_contact is not None:
         touches = run.wall_contact[:, Contact.LASTS] > 0
-        for begin, end in _stretches(run.times, touches):
+        for begin, end in stretches(run.times, touches):
             yield _event("contact", begin, end, f"{who} touches a wall")
 
 
@@ -110,10 +106,3 @@ def _event(kind: str, begin: float, end: float, text: str) -> dict[str, Any]:
         "end": round(end, 2),
         "text": text,
     }
-
-
-def _stretches(times: Array, mask: Any) -> Iterator[tuple[float, float]]:
-    """Yields begin and end of the times at which a mask is set."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]])))
-    for begin, end in edges.reshape(-1, 2).tolist():
-        yield float(times[begin]), float(times[min(end, len(times) - 1)])

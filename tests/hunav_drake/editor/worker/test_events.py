@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.editor.worker.events import ends_of, events_of
 from hunav_drake.systems.common.layout import Contact
 from tests.hunav_drake.passing_trials import make_recording, make_result
@@ -63,3 +64,13 @@ def test_each_of_several_robots_has_its_end():
     (end,) = ends_of(result)
     assert (end["robot"], end["at"]) == ("west", [-4.5, 0.0])
     assert end["message"] == "no way; a wall (thick)"
+
+
+def test_who_talks_and_sits_does_not_react():
+    """As in the replay, which tells of the same reactions."""
+    scenario = LoadScenario(
+        filename="living_cafe", overrides=["simulation.duration=8.0"]
+    )
+    result = RunTrial(scenario)
+    assert (result.recording.behavior_status != 0).any()
+    assert {it["kind"] for it in events_of(result)} == {"end"}
