@@ -60,7 +60,7 @@ def search(browser, site):
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto((site / "own_metric.html").as_uri())
-    page.fill("input[name=query]", "curious")
+    page.locator("input[name=query]").press_sequentially("curious")
     page.wait_for_selector(".md-search-result__item")
     page.click(".md-search-result__item a >> nth=0")
     page.wait_for_url(re.compile(r"/behaviors\.html"))

@@ -31,9 +31,8 @@ _BEFORE = 0.4
 _FARTHEST = 1.2
 _STEP = 0.05
 
-# A piece of a wall with less area (m^2) or length (m) is left out, and walls
-# that only touch an opening are not cut.
-_LEAST_AREA = 1e-3
+# A shorter piece of a wall, in meters, is left out, and walls that only touch
+# an opening are not cut.
 _LEAST_LENGTH = 0.02
 _TOUCH = 0.005
 
@@ -201,7 +200,13 @@ def _share(shape: Any, opening: Any) -> float:
     inside = shapely.intersection(shape, opening)
     if shape.geom_type == "LineString":
         return float(inside.length)
-    return float(inside.area) if inside.area > _LEAST_AREA else 0.0
+    return float(inside.area) if _longest(inside) > _LEAST_LENGTH else 0.0
+
+
+def _longest(shape: Any) -> float:
+    """Returns the length of the diagonal of a shape's box, in meters."""
+    low_x, low_y, high_x, high_y = shape.bounds
+    return math.hypot(high_x - low_x, high_y - low_y)
 
 
 def _pieces(wall: _Wall, opening: Any) -> Iterator[dict[str, Any]]:
@@ -210,7 +215,7 @@ def _pieces(wall: _Wall, opening: Any) -> Iterator[dict[str, Any]]:
         if rest.geom_type == "LineString":
             if rest.length > _LEAST_LENGTH:
                 yield {**wall.data, "points": _rounded(rest)}
-        elif rest.area <= _LEAST_AREA:
+        elif _longest(rest) <= _LEAST_LENGTH:
             continue
         elif isinstance(wall.made, Box) and (box := _box(wall.made, rest)):
             yield {**wall.data, **box}

@@ -63,8 +63,9 @@ def comparison_figures(
     names = list(dict.fromkeys(runs["contender"]))
     yield ComparisonFigure(
         "means",
-        f"Mean of {metric} by planner, with its 95 % confidence interval (none"
-        " for one seed). Dots are single runs.",
+        f"Mean of {metric} by planner, with its 95 % confidence interval"
+        f"{' (none for one seed)' * (not is_rate(metric))}. Dots are single"
+        " runs.",
         (COLUMN, comparison_height(len(names))),
         lambda ax: plot_comparison(runs, metric, by="contender", ax=ax),
     )

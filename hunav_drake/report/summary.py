@@ -1,6 +1,7 @@
 """What a report tells, in three sentences, from its numbers."""
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 import math
 
 import numpy as np
@@ -8,7 +9,11 @@ import pandas as pd
 
 from hunav_drake.report.tables import number
 from hunav_drake.runs.comparison.captions import listed
-from hunav_drake.runs.independent_runs import comparable, draws_nothing
+from hunav_drake.runs.independent_runs import (
+    comparable,
+    draws_nothing,
+    once_per_seed,
+)
 from hunav_drake.runs.outcomes import GOAL
 from hunav_drake.runs.run_row import FAILED
 from hunav_drake.runs.statistics import (
@@ -19,6 +24,7 @@ from hunav_drake.runs.statistics import (
     summarize,
 )
 from hunav_drake.systems.evaluation.metric import base_name
+from hunav_drake.systems.scene.overlays.reactions import reactions
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import unit_text
 from hunav_drake.trial.result import TrialResult
@@ -123,8 +129,8 @@ def trial_summary(
     )
     touched = list(dict.fromkeys(who for gap, who, _ in gaps if gap <= 0))
     n = run.num_humans
-    active = np.asarray(run.behavior_status).reshape(-1, n) != 0
-    reacting = int(active.any(axis=0).sum())
+    found = reactions(run.times, run.behavior_status, run.social_signals)
+    reacting = len({i for i, _, _ in found})
     third = (
         f"{it} touched {listed(touched)}" if touched else f"{it} touched nobody"
     )
@@ -177,11 +183,13 @@ def _arrivals(runs: pd.DataFrame) -> str:
     if failed:
         text += f"; {failed} failed"
     seeds = runs["seed"].replace("", pd.NA)
-    keys = [runs["scenario"], runs["contender"]]
+    keys = ["scenario", "contender"]
+    once = once_per_seed(runs, keys, [])
     if draws_nothing(runs).all():
         text += "; all seeds are alike, so no mean has an interval"
-    elif seeds.notna().all() and seeds.groupby(keys).nunique().max() == 1:
-        text += "; there is one seed only, so no mean has an interval"
+    elif seeds.notna().all() and once.groupby(keys).size().max() == 1:
+        only = "each has" if seeds.nunique() > 1 else "there is"
+        text += f"; {only} one seed only, so no mean has an interval"
     return f"{text}."
 
 
@@ -224,11 +232,7 @@ def _about(runs: pd.DataFrame, metric: str) -> str:
     table = table[table["n"] > 0]
     if best:
         every = "every other planner" if len(table) > 2 else "the other planner"
-        mean = _amount(table.loc[best, "mean"], unit)
-        return (
-            f"{best} has a better {what} than {every}{reason}:"
-            f" {mean} on average."
-        )
+        return f"{best} has a better {what} than {every}{reason}."
     ends = [
         f"{_amount(mean, unit)} ({name})"
         for name, mean in table["mean"].sort_values(kind="stable").items()
@@ -291,7 +295,15 @@ def _best(runs: pd.DataFrame, metric: str) -> tuple[str, str]:
         best = name if better(best, name) == name else best
     if all(better(best, it) == best for it in names if it != best):
         rest = f" (without a value: {listed(without)})" if without else ""
-        return best, f" on equal seeds{rest}"
+        text = f" on equal seeds{rest}"
+        row = rows.get((names[0], names[1])) if len(names) == 2 else None
+        if row is not None:
+            sides = ("a", "b") if best == names[0] else ("b", "a")
+            means = (_amount(row[it], unit) for it in sides)
+            text += f": {' against '.join(means)}"
+        return best, text
+    for one, other in combinations(names, 2):
+        better(one, other)
     found = [row for row in rows.values() if row is not None]
     most = max((int(row["n"]) for row in found), default=0)
     if most < LEAST_PAIRS:

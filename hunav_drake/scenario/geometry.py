@@ -370,8 +370,8 @@ def _out(taker: _Taker, room: Any, spot: _Spot, space: FreeSpace) -> _Taker:
     told = np.round(way / depth, 2)
     for more in _LONGER:
         length = math.ceil(depth * 100 - 1e-6) / 100 + more
-        step = length * told / np.hypot(*told)
-        x, y = np.round(np.add(spot.position, step), 3).tolist()
+        moved = np.add(spot.position, length * told)
+        x, y = np.round(moved, 3).tolist()
         inside = room.distance(shapely.Point(x, y)) <= _NEAR
         if inside and space.is_free((x, y), spot.radius):
             return taker._replace(depth=length, way=told)

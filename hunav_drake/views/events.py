@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import VX, VY
 from hunav_drake.systems.evaluation.encounters import ZONES, find_encounters
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.scene.overlays.tags import calm_activities
+from hunav_drake.systems.scene.overlays.reactions import reactions, stretches
 from hunav_drake.views.replay import Event
 
 # The zones whose entries are told; larger ones are entered all the time.
@@ -26,7 +25,9 @@ def events_of(recording: Recording) -> list[Event]:
     names = recording.human_names
     events: list[Event] = [
         (f"{names[i]} reacts", begin, "reaction")
-        for i, begin, _ in reactions(recording)
+        for i, begin, _ in reactions(
+            recording.times, recording.behavior_status, recording.social_signals
+        )
     ]
     for robot in recording.robots:
         name = robot.robot_name
@@ -44,38 +45,6 @@ def events_of(recording: Recording) -> list[Event]:
                 text, kind = text + (f" by {name}" if name else ""), "entry"
             events.append((text, float(row.time), kind))
     return sorted(events, key=lambda event: event[1])
-
-
-def stretches(times: Array, mask: Mask) -> Iterator[tuple[float, float]]:
-    """Yields begin and end of the times at which a mask is true, in seconds.
-
-    Args:
-        times: Shape (N + 1,).
-        mask: Shape (N + 1,).
-    """
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask, [0]])))
-    for begin, end in edges.reshape(-1, 2).tolist():
-        yield float(times[begin]), float(times[min(end, len(times) - 1)])
-
-
-def reactions(recording: Recording) -> Iterator[tuple[int, float, float]]:
-    """Yields who reacts to a robot, by row, and from when to when.
-
-    Behaviors that people have with places and each other are no reactions.
-    """
-    status, signals = recording.behavior_status, recording.social_signals
-    if status is None:
-        return
-    reacts = status != 0
-    for k in np.flatnonzero(reacts.any(axis=1)).tolist():
-        row = None if signals is None else signals[k]
-        calm = calm_activities(row, recording.num_humans)
-        reacts[k] &= [not word for word in calm]
-    # (What people do is shown from the second sample on.)
-    reacts[:1] = False
-    for i in range(recording.num_humans):
-        for begin, end in stretches(recording.times, reacts[:, i]):
-            yield i, begin, end
 
 
 def _stops(robot: Recording, name: str) -> Iterator[Event]:

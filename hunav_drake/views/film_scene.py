@@ -199,7 +199,7 @@ class FilmScene:
         humans, robots = self._trial.States(time)
         if self._still is None:
             camera = self._Camera(robots[0])
-            context = self._simulator.get_context()
+            context = self._WithoutAbsent(humans)
             image = self._Color(context, camera, _RENDERER)
             far = self._Depth(context, camera, _RENDERER)
             floor = _shows_floor(far, camera.FloorDepth())
@@ -207,6 +207,28 @@ class FilmScene:
             camera = self._still.camera
             image, floor = self._AddMoving(self._still)
         return Shot(image, floor, camera, humans, robots, time)
+
+    def _WithoutAbsent(self, humans: Array) -> Context:
+        """Returns the Context, without figures far away of who is absent.
+
+        The sun's shadows are drawn as far as there are figures.
+        """
+        root: Context = self._simulator.get_context()
+        absent = {
+            human.name
+            for human, row in zip(self._trial.humans, humans, strict=True)
+            if np.isnan(row[0])
+        }
+        if not absent:
+            return root
+        root = root.Clone()
+        graph, source = self._graph, self._plant.get_source_id()
+        inspector = graph.model_inspector()
+        inside = graph.GetMyMutableContextFromRoot(root)
+        for frame in inspector.FramesForSource(source):
+            if inspector.GetName(frame).rpartition("::")[0] in absent:
+                graph.RemoveRole(inside, source, frame, Role.kPerception)
+        return root
 
     def _DrawStill(self) -> "_Still":
         """Draws all that stands still, and takes it out of the scene."""
@@ -270,7 +292,7 @@ class FilmScene:
         ends = []
         for axis, pixels in enumerate(seen.shape):
             (some,) = np.nonzero(seen.any(axis=1 - axis))
-            middle = [(pixels - 1) // 2, pixels // 2]
+            middle = [(pixels - 1) // 2 - 1, pixels // 2]
             ends.append(np.append(some, middle))
         top, left = (int(it.min()) for it in ends)
         bottom, right = (int(it.max()) + 1 for it in ends)

@@ -7,8 +7,8 @@ import numpy as np
 
 from hunav_drake.systems.common.layout import Contact
 from hunav_drake.systems.evaluation.recording import Recording
+from hunav_drake.systems.scene.overlays.reactions import reactions, stretches
 from hunav_drake.trial.result import TrialResult
-from hunav_drake.views.events import reactions, stretches
 
 # At most so many events are told; the shortest ones are left out.
 _MOST = 400
@@ -45,7 +45,7 @@ def ends_of(result: TrialResult) -> list[dict[str, Any]]:
             message = result.end_message
             if name := robot.robot_name:
                 # The message has one part for each robot, in brackets.
-                part = f"{message}; ".partition(f"{name}: ")[2]
+                part = f"; {message}; ".partition(f"; {name}: ")[2]
                 message = part.partition(" (")[2].partition("); ")[0]
             ends.append(
                 {
@@ -81,7 +81,9 @@ def _arrivals(result: TrialResult) -> Iterator[dict[str, Any]]:
 
 
 def _reactions(run: Recording) -> Iterator[dict[str, Any]]:
-    for i, begin, end in reactions(run):
+    for i, begin, end in reactions(
+        run.times, run.behavior_status, run.social_signals
+    ):
         text = f"{run.human_names[i]} ({run.behaviors[i]}) reacts to the robot"
         yield _event("reaction", begin, end, text)
 

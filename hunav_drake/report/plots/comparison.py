@@ -293,11 +293,14 @@ def _prepared(
 
 def _values(runs: pd.DataFrame, metric: str) -> Array:
     """Returns the values of a metric; infinity for a goal never reached."""
-    names = [metric, *[RATES[0]] * (RATES[0] in runs and metric != RATES[0])]
+    # (Of several robots, each has a rate of its own.)
+    own = metric.removesuffix(base_name(metric)) + RATES[0]
+    rate = own if own in runs else RATES[0]
+    names = [metric, *[rate] * (rate in runs and metric != rate)]
     once = once_per_seed(runs, [], names)
     values: Array = once[metric].to_numpy(dtype=float)
-    if base_name(metric) in TIMES and RATES[0] in names:
-        never = (once[RATES[0]] < 1) & ~np.isfinite(values)
+    if base_name(metric) in TIMES and rate in names:
+        never = once[rate] < 1
         values = np.where(never, np.inf, values)
         return values[~np.isnan(values)]
     return values[np.isfinite(values)]

@@ -68,4 +68,6 @@ def _seeds(runs: pd.DataFrame) -> list[str]:
         told = listed([str(it) for it in values], _MOST_SEEDS)
     if most == 1 and len(values) == 1:
         return [f"one seed ({values[0]})"]
+    if most == 1:
+        return ["one seed each"]
     return [f"{most} seeds" + f" ({told})" * (len(values) == most)]

@@ -99,3 +99,11 @@ def test_a_door_is_beside_a_wall_that_ends_there():
 def test_a_door_that_does_not_fit_is_refused(wall, words):
     with pytest.raises(OperationError, match=words):
         door_operations({"world": {"walls": [wall]}}, (0, 0), 0.2)
+
+
+@pytest.mark.parametrize("thickness", [0.001, 0.005, 0.05])
+def test_thin_walls_keep_what_stands_beside_the_door(thickness):
+    wall = {**BOX, "size": [1.2, thickness]}
+    operations = door_operations({"world": {"walls": [wall]}}, (0, 0), 0.2)
+    widths = sorted(piece["size"][0] for *_, piece in operations)
+    assert widths == pytest.approx([0.15, 0.15], abs=0.02)

@@ -271,3 +271,32 @@ def test_figures_are_of_results_too(tmp_path):
         "passing_path_length_distribution.svg",
         "figures.tex",
     ]
+
+
+def test_a_robot_without_a_goal_has_no_distribution_of_its_time():
+    runs = runs_of(a=A).rename(
+        columns={"time_to_reach_goal": "anna.time_to_reach_goal"}
+    )
+    runs = runs.assign(
+        completed=0.0,
+        **{
+            "anna.completed": 1.0,
+            "bob.completed": np.nan,
+            "bob.time_to_reach_goal": np.nan,
+        },
+    )
+    for robot, n in (("anna", 7), ("bob", 0)):
+        ax = plot_distribution(runs, f"{robot}.time_to_reach_goal")
+        (label,) = [it for it in lines_of(ax) if "n =" in it]
+        assert label == f"a (n = {n})"
+    ends = lines_of(plot_distribution(runs, "anna.time_to_reach_goal"))
+    assert ends["a (n = 7)"][-1, 1] == 100
+
+
+def test_a_seed_of_which_not_all_repetitions_arrive_is_late():
+    first = runs_of(a=A).assign(repetition=0)
+    second = first.assign(
+        repetition=1, completed=0.0, time_to_reach_goal=np.nan
+    )
+    ax = plot_distribution(pd.concat([first, second]), "time_to_reach_goal")
+    assert lines_of(ax)["a (n = 7)"][-1, 1] == 0

@@ -442,3 +442,41 @@ def test_a_failed_film_leaves_neither_file_nor_process(run, tmp_path):
         )
     assert not list(tmp_path.iterdir())
     assert {it.pid for it in multiprocessing.active_children()} <= before
+
+
+@pytest.mark.parametrize("view", ["perspective", "top"])
+def test_odd_sizes_and_a_robot_alone_beside_the_middle(tmp_path, view):
+    scenario = LoadScenario(
+        data="""
+world: {walls: [{type: box, center: [0, 3], size: [10, 0.2]},
+                {type: box, center: [0, -3], size: [10, 0.2]}]}
+robot: {start: [3.5, -1.5, 3.14159], goal: [-3.5, 1.5, 3.14159]}
+simulation: {duration: 2.0}
+"""
+    )
+    folder = WriteResult(
+        RunTrial(scenario),
+        tmp_path,
+        add=lambda folder: SaveScenario(scenario, folder / "scenario.yaml"),
+    )
+    options = mut.FilmConfig(view=view, size=(301, 201), fps=2.0)
+    film = mut.RenderFilm(folder, tmp_path / "film.gif", options)
+    with Image.open(film) as gif:
+        assert gif.size == (301, 201)
+
+
+def test_others_keep_their_shadows_where_somebody_is_absent(run):
+    """In single pictures as in films."""
+    trial = LoadRecordedTrial(run)
+    humans = trial.recording.humans.copy()
+    humans[:, 0] = np.nan
+    partly = dataclasses.replace(
+        trial, recording=dataclasses.replace(trial.recording, humans=humans)
+    )
+    dark = []
+    for shadows in (True, False):
+        options = {"start": 1.0, "step": 0.1, "shadows": shadows}
+        scene = FilmScene(partly, "top", SIZE, single=True, **options)
+        dark.append(scene.Take().image.astype(int).sum(axis=-1))
+    cast = dark[0] < dark[1] - 60
+    assert cast.sum() > 100

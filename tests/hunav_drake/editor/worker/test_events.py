@@ -66,6 +66,20 @@ def test_each_of_several_robots_has_its_end():
     assert end["message"] == "no way; a wall (thick)"
 
 
+def test_a_name_that_ends_as_another_is_another():
+    """The reason of anna is not that of joanna."""
+    second = make_recording(start=-5.0, robot_name="anna", end_time=0.5)
+    run = make_recording(robot_name="joanna", end_time=0.9, others=(second,))
+    result = dataclasses.replace(
+        make_result(run),
+        end_reason="stuck",
+        end_message="joanna: stuck after 0.90 s (far); anna: stuck after 0.50 s"
+        " (near)",
+        robot_ends={"joanna": "stuck", "anna": "stuck"},
+    )
+    assert [it["message"] for it in ends_of(result)] == ["far", "near"]
+
+
 def test_who_talks_and_sits_does_not_react():
     """As in the replay, which tells of the same reactions."""
     scenario = LoadScenario(
