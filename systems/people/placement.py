@@ -10,8 +10,9 @@ from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.world.obstacles import Obstacles
 
-# The numbers of places of an area that are tried, until one is free.
-_TRIES = (16, 256, 4096)
+# The numbers of places of an area that are tried, until one is free. (The first
+# mostly is, and each place is compared with all bodies.)
+_TRIES = (1, 16, 256, 4096)
 
 # The range of the gaps between the first of a group of two and the other one at
 # the start, in meters.
