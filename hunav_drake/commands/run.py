@@ -124,6 +124,7 @@ def _run(options: argparse.Namespace) -> int:
         check_out(options.out)
     if options.meshcat and options.foxglove is not None:
         raise InputError("--foxglove does not go with --meshcat: choose one")
+    from hunav_drake.runs.compiling_ahead import compiling_ahead
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.scenario.fleet import robots_of
     from hunav_drake.trial.compiling import told_compile_time
@@ -142,7 +143,9 @@ def _run(options: argparse.Namespace) -> int:
         people = draw_people(scenario)
         SetView(meshcat, scenario.world, people, robots_of(scenario))
     with contextlib.ExitStack() as stack, input_errors(ScenarioError):
-        compiled = stack.enter_context(told_compile_time())
+        compiled = stack.enter_context(
+            told_compile_time(lambda: compiling_ahead(scenario))
+        )
         diagram = MakeTrialDiagram(scenario, meshcat)
         before = compiled.seconds
         started = time.perf_counter()

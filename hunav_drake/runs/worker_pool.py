@@ -58,8 +58,13 @@ class WorkerPool(Executor):
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Ends the workers; after an exception, at once."""
         if kind is not None:
-            self._leash.close()
+            self.end_now()
         self.shutdown()
+
+    def end_now(self) -> None:
+        """Ends the workers at once, with what they do."""
+        self._leash.close()
+        self.shutdown(wait=False)
 
     def submit(
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any

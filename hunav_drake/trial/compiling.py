@@ -1,7 +1,12 @@
 """Measures and reports the compilation of numeric kernels."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import (
+    AbstractContextManager,
+    ExitStack,
+    contextmanager,
+    nullcontext,
+)
 from dataclasses import dataclass
 import functools
 import gc
@@ -74,9 +79,16 @@ def compile_time(
 
 
 @contextmanager
-def told_compile_time() -> Iterator[CompileTime]:
-    """Measures the time of compilation, and reports it on standard error."""
+def told_compile_time(
+    helping: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> Iterator[CompileTime]:
+    """Measures the time of compilation, and reports it on standard error.
+
+    From the first compilation on, the rest runs in the context that `helping`
+    makes.
+    """
     told = False
+    stack = ExitStack()
     terminal = sys.stderr.isatty()
     write = functools.partial(print, file=sys.stderr, flush=True)
 
@@ -85,11 +97,12 @@ def told_compile_time() -> Iterator[CompileTime]:
         text = "Compiling kernels (once, a minute or two) ..."
         if not told:
             write(text, end="" if terminal else "\n")
+            stack.enter_context(helping())
         elif terminal:
             write(f"\r{text} {measured.kernels} done", end="")
         told = True
 
-    with compile_time(tell, is_short=True) as measured:
+    with stack, compile_time(tell, is_short=True) as measured:
         yield measured
     if told:
         write(

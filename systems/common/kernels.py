@@ -10,6 +10,8 @@ here, and damaged code is compiled anew.
 from collections import namedtuple
 import contextlib
 import dataclasses
+import fcntl
+import functools
 import hashlib
 import itertools
 import os
@@ -18,12 +20,14 @@ import pickle
 import re
 import secrets
 import warnings
+import zlib
 
 import numba
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.event import trigger_event
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.unsafe.ndarray import to_fixed_tuple
@@ -176,6 +180,53 @@ class _KeptCode(FunctionCache):
             )
 
 
+@contextlib.contextmanager
+def _locked(kernel, *, waits):
+    """Has a kernel for this process alone; yields whether it does.
+
+    Processes that need the same kernel wait for the one that compiles it,
+    instead of compiling it, too. The lock is a byte of a file beside the code
+    that is kept, and ends with its process. Where nothing is kept, or can be
+    locked, nobody waits.
+    """
+    byte = zlib.crc32(f"{kernel.__module__}:{kernel.__name__}".encode())
+    locks, held = _lock_file(kernel._cache.cache_path), False
+    try:
+        fcntl.lockf(locks, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+        held = True
+    except BlockingIOError:
+        if not waits:
+            yield False
+            return
+        # (The time of waiting counts as that of compiling.)
+        with trigger_event("numba:compile", {"dispatcher": kernel}):
+            held = _wait_for(locks, byte)
+    except (OSError, TypeError):
+        pass
+    try:
+        yield True
+    finally:
+        if held:
+            fcntl.lockf(locks, fcntl.LOCK_UN, 1, byte)
+
+
+def _wait_for(locks, byte):
+    """Locks a byte of a file; returns whether it could."""
+    with contextlib.suppress(OSError):
+        fcntl.lockf(locks, fcntl.LOCK_EX, 1, byte)
+        return True
+    return False
+
+
+@functools.cache
+def _lock_file(folder):
+    """Returns the file of locks of a folder, or None if there is none."""
+    with contextlib.suppress(OSError, TypeError):
+        name = os.path.join(folder, "kernels.lock")
+        return os.open(name, os.O_RDWR | os.O_CREAT, 0o666)
+    return None
+
+
 # The options of all that is compiled. Division by zero is IEEE's. `fastmath` is
 # never among them: it lets LLVM fuse and reorder, differently in each copy of
 # a function that is inlined into callers, and which copy runs depends on what
@@ -238,13 +289,19 @@ def _compiled_when_used(kernel, signature):
     call_template = kernel.get_call_template
 
     def compiled():
+        compile_once()
+        return kernel.overloads[signature.args]
+
+    def compile_once(*, waits=True):
         # (One thread compiles, the others wait for it.)
         with global_compiler_lock:
-            if not kernel.overloads:
-                kernel.compile(signature)
-                # From now on, other types are refused, and numbers converted.
-                kernel.disable_compile()
-        return kernel.overloads[signature.args]
+            if kernel.overloads:
+                return
+            with _locked(kernel, waits=waits) as is_mine:
+                if is_mine:
+                    kernel.compile(signature)
+                    # Now other types are refused, and numbers converted.
+                    kernel.disable_compile()
 
     def compile_for_args(*values, **_):
         # Numba asks for this at the first call from Python alone.
@@ -270,6 +327,7 @@ def _compiled_when_used(kernel, signature):
 
     kernel.signature = signature
     kernel.compiled = compiled
+    kernel.compile_once = compile_once
     kernel._compile_for_args = compile_for_args
     kernel.get_call_template = get_call_template
     return kernel
