@@ -68,7 +68,8 @@ test: $(DEV)
 	@$(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal
 
 test-all: $(DEV) lint types
-	@$(BIN)/python -m pytest -n 2 --dist worksteal -m slow
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -m slow \
+	    $(if $(SHARE),--share $(SHARE))
 
 # With the oldest versions that pyproject.toml allows of what users install, in
 # an environment of its own. (What runs the tests is new.)
