@@ -65,6 +65,7 @@ def breaches(path, text):
             yield f"another system: {other.relative_to(SYSTEMS)}"
 
 
+@pytest.mark.slow
 def test_blocks_meet_through_ports():
     """Of another block they know configurations and functions on data."""
     assert len(FILES) > 200
@@ -119,6 +120,7 @@ def test_configurations_do_without_drake():
         assert not uses_drake(path)
 
 
+@pytest.mark.slow
 def test_no_file_imports_itself_by_a_detour():
     assert architecture.circles(architecture.files()) == []
 

@@ -67,6 +67,7 @@ def test_a_choice_of_a_choice_counts_only_with_it(rows):
     assert "planner.smooth_plan" not in text
 
 
+@pytest.mark.slow
 def test_who_brings_a_child_down_is_known_and_the_others_run(monkeypatch):
     monkeypatch.setattr("tests.crosswise.children.LIMIT", 3.0)
     expected = {

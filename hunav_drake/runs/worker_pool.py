@@ -58,11 +58,11 @@ class WorkerPool(Executor):
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Ends the workers; after an exception, at once."""
         if kind is not None:
-            self.end_now()
+            self._leash.close()
         self.shutdown()
 
     def end_now(self) -> None:
-        """Ends the workers at once, with what they do."""
+        """Ends the workers at once, without waiting until they have ended."""
         self._leash.close()
         self.shutdown(wait=False)
 

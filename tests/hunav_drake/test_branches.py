@@ -103,6 +103,7 @@ def test_nothing_changes_nothing(name, planner):
         fork.CheckSame(fork.RunOriginal(), fork.Run(Branch()))
 
 
+@pytest.mark.slow
 def test_a_physical_robot_goes_on_alike_and_stands():
     scenario = crossing(*PHYSICAL)
     diagram, context = at(scenario, 2.0)
@@ -404,6 +405,7 @@ def test_other_settings_and_files(tmp_path):
     assert len(hashes) == 1
 
 
+@pytest.mark.slow
 def test_one_of_several_robots_and_people_of_sources():
     scenario = LoadScenario(filename="fleet")
     diagram, context = at(scenario, 2.0)

@@ -59,6 +59,7 @@ def test_a_trial_goes_on_from_a_file(name, tmp_path):
     assert result.recording == RunTrial(scenario).recording
 
 
+@pytest.mark.slow
 def test_another_process_goes_on(tmp_path):
     scenario = LoadScenario(filename="passing")
     path = saved(scenario, 9.0, tmp_path / "context.npz")

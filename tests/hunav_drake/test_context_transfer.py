@@ -191,6 +191,7 @@ def test_world_motion_model_and_scene_may_be_others(passing, change):
     MakeTrialSimulator(other, taken).AdvanceTo(2.5)
 
 
+@pytest.mark.slow
 def test_a_robot_of_which_the_file_has_changed_is_refused(tmp_path):
     """Even where it has as many joints."""
     text = (files(robot) / "models" / "pmb2.sdf").read_text()

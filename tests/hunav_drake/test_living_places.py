@@ -65,6 +65,7 @@ def test_nobody_jumps_or_turns_for_ever(run):
     assert (turned[still] < np.pi + 0.3).all()
 
 
+@pytest.mark.slow
 def test_the_lecture_begins_seated_and_ends_empty():
     trial = LoadScenario(
         filename="lecture_hall_exit", overrides=["robot.goal=null"]

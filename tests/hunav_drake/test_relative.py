@@ -133,6 +133,7 @@ def test_own_metrics_are_computed_too(monkeypatch):
         )(extra_steps)
 
 
+@pytest.mark.slow
 def test_hunav_run_tells_it(hunav, tmp_path):
     code, out, _ = hunav(
         *("run", "crossing", "--relative", "--out", tmp_path, "--no-replay")

@@ -53,6 +53,7 @@ def test_a_trial_repeats_bit_for_bit(passing):
     assert RunTrial(passing).recording == RunTrial(passing).recording
 
 
+@pytest.mark.slow
 def test_another_process_repeats_it(passing):
     code = (
         "from hunav_drake import LoadScenario, RunTrial\n"
@@ -347,6 +348,7 @@ def test_a_scenario_made_wrong_is_refused_before_anything_runs(passing):
         RunTrial(wrong)
 
 
+@pytest.mark.slow
 def test_a_headless_trial_opens_no_meshcat():
     code = (
         "import sys, pydrake.geometry as g\n"

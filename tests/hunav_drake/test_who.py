@@ -49,6 +49,7 @@ def test_shapley_values_add_up_and_find_what_each_costs(effects, together):
         np.testing.assert_allclose(_without_one(play, 4, 3), table, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_columns_add_up_in_a_trial():
     scenario = stage([*PAIR, walker("eva", -6, 0.5, 6)])
     diagram, context = at(scenario, 1.0)

@@ -11,6 +11,7 @@ from hunav_drake import (
 )
 
 
+@pytest.mark.slow
 def test_branch_writes_all_files(hunav, tmp_path):
     code, out, err = hunav(
         *("branch", "crossing", "--at", "2", "--until", "14"),

@@ -2,9 +2,12 @@
 
 import json
 
+import pytest
+
 from tests.hunav_drake.runs.failures.scenes import SPACE, write_space
 
 
+@pytest.mark.slow
 def test_a_search_prints_and_writes_its_scenes(hunav, tmp_path):
     space, out = write_space(tmp_path), tmp_path / "out"
     words = ["falsify", space, "--budget", 14, "--out", out, "--workers", 1]

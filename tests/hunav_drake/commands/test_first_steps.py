@@ -145,6 +145,7 @@ def test_a_shell_completes_commands_options_and_names(hunav, tmp_path):
     assert options.planner == "mine:Own"
 
 
+@pytest.mark.slow
 def test_after_ctrl_c_it_says_how_to_go_on(tmp_path):
     process = start_hunav(
         *("run", "passing", "--out", tmp_path, "--no-replay"),

@@ -99,6 +99,7 @@ def test_seed_and_repeat_are_told_apart(hunav, tmp_path):
     assert names == ["passing_pursuit_2", "passing_pursuit_2_run2"]
 
 
+@pytest.mark.slow
 def test_tables_have_no_rounding_of_binary_digits(hunav, tmp_path):
     hunav("run", "passing", "--no-replay", "--out", tmp_path)
     hunav("report", tmp_path)

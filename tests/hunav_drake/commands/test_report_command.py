@@ -63,6 +63,7 @@ def test_a_page_of_other_runs_does_not_stay(tmp_path):
     assert "3.25" in WriteSuite(other, tmp_path).read_text()
 
 
+@pytest.mark.slow
 def test_figures_and_tables_of_a_suite(suite_folder, tmp_path, capsys):
     latex, figures = tmp_path / "mine.tex", tmp_path / "figures"
     words = ["report", str(suite_folder), "--metrics", "path_length"]

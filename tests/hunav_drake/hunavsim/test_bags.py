@@ -646,6 +646,7 @@ def test_topics_are_for_bags(tmp_path):
 # The command.
 
 
+@pytest.mark.slow
 def test_a_run_is_exported(tmp_path, capsys):
     options = ["--quiet", "--no-replay", "--out", str(tmp_path)]
     assert main(["run", "passing", "--planner", "dwb", *options]) == 0

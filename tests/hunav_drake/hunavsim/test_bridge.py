@@ -92,6 +92,7 @@ def test_a_thousand_steps_are_those_of_one_process(domain):
     assert cycles >= 1000
 
 
+@pytest.mark.slow
 def test_forks_and_files_go_on_as_in_one_process(domain, tmp_path):
     alone = LoadScenario(filename="crossing", overrides=SHORT)
     expected = RunTrial(alone).recording
@@ -194,6 +195,7 @@ def test_the_other_program_may_be_started_anew(domain):
     assert simulator.get_context().get_time() == 2.0
 
 
+@pytest.mark.slow
 def test_real_time_takes_the_last_command(domain):
     scenario = LoadScenario(
         filename="crossing", overrides=["simulation.duration=3", "humans=[]"]
@@ -460,6 +462,7 @@ def test_commands_of_another_type_are_told(domain, lockstep):
     )
 
 
+@pytest.mark.slow
 def test_a_slow_answer_without_a_stamp_is_not_asked_for_again(domain):
     """Else the second one would count for the next cycle."""
     node = DdsNode()
@@ -493,6 +496,7 @@ def test_a_slow_answer_without_a_stamp_is_not_asked_for_again(domain):
     assert commands == pytest.approx([0.0, 0.0, 0.05, 0.1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", [RunBridge, RunTrial])
 def test_an_interrupt_ends_the_wait_for_a_command(domain, run):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -198,6 +198,7 @@ def test_tables_read_by_pandas_have_the_same_statistics(tmp_path):
     pd.testing.assert_frame_equal(one, other)
 
 
+@pytest.mark.slow
 def test_each_figure_is_a_file_as_wide_as_a_column(tmp_path):
     runs = runs_of(**{"a_%": A, "b": B})
     paths = WriteFigures(

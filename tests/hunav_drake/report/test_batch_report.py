@@ -61,6 +61,7 @@ def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     assert re.search(r">cruise_speed=0.3</(text|tspan)>", html)
 
 
+@pytest.mark.slow
 def test_of_many_pairs_and_runs_one_line_each_is_seen_at_first(tmp_path):
     batch = []
     for i, planner in enumerate(("pursuit", "dwb", "sfw", "mppi")):
@@ -89,6 +90,7 @@ def test_without_settings_there_is_no_column_of_them(tmp_path):
     assert "setting" not in text
 
 
+@pytest.mark.slow
 def test_the_same_run_counts_once(tmp_path):
     trials = [
         make_result(seed=seed, planner=planner)

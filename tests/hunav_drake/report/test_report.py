@@ -98,6 +98,7 @@ def test_each_of_several_robots_has_a_column(tmp_path):
     assert f"luis regular \N{EN DASH} {number(float(gap))}" in text
 
 
+@pytest.mark.slow
 def test_many_trials_are_compared(tmp_path):
     path = WriteReport(make_batch(), tmp_path / "r.html", title="My <study>")
     html = path.read_text()
@@ -145,6 +146,7 @@ def test_statistics_are_told_in_full(tmp_path):
     assert re.search(told, text)
 
 
+@pytest.mark.slow
 def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):
     trials = [
         make_result(planner=planner, seed=seed)

@@ -105,6 +105,7 @@ def test_replays_open(page, result, folder):
     assert WriteReplays(result, folder, workers=1) == []
 
 
+@pytest.mark.slow
 def test_the_page_is_made_again_from_the_folder(page, folder, capsys):
     before = page.read_text()
     assert cli.main(["report", str(folder), "--title", "Benchmark small"]) == 0

@@ -130,6 +130,7 @@ TREE = """<root BTCPP_format="4" main_tree_to_execute="mine">
 <BehaviorTree ID="mine"><AlwaysSuccess/></BehaviorTree></root>"""
 
 
+@pytest.mark.slow
 def test_robots_and_trees_of_ones_own_count(tmp_path):
     robot, mesh, tree = (
         tmp_path / name for name in ("cart.urdf", "hull.obj", "mine.xml")

@@ -112,6 +112,7 @@ def test_a_changed_npz(tmp_path):
     assert 0.1 < np.mean(outcomes) < 0.9
 
 
+@pytest.mark.slow
 def test_the_smallest_numbers():
     """What is next to nothing does not make what is divided by it infinite."""
     least = 5e-324

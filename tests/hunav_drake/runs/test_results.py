@@ -299,6 +299,7 @@ def _write_forever(folder, finished):
         finished.value += 1
 
 
+@pytest.mark.slow
 @forks
 def test_a_killed_writer_leaves_whole_runs_only(tmp_path):
     # (Who is killed with its lock would keep it.)

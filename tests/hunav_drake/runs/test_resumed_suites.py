@@ -60,6 +60,7 @@ class Dying(Executor):
         return self.inner.submit(fn, *args, **kwargs)
 
 
+@pytest.mark.slow
 def test_runs_of_dead_workers_are_run_again(suite, tmp_path):
     first = RunSuite(suite, out=tmp_path, executor=Dying(1, 3), workers=1)
     assert [row.seed for row in first.failures] == [1, 3]
@@ -420,6 +421,7 @@ def test_the_metric_of_the_progress_bar_is_one(hunav, tmp_path):
     assert "did you mean 'path_length'" in err
 
 
+@pytest.mark.slow
 def test_the_page_of_markdown_tells_its_command(hunav, tmp_path):
     file, page = tmp_path / "small.yaml", tmp_path / "page.md"
     file.write_text(SUITE)

@@ -234,6 +234,7 @@ def test_two_drivers_cannot_share_a_folder(suite, tmp_path):
         RunSuite(suite, out=tmp_path, workers=1)
 
 
+@pytest.mark.slow
 def test_worker_processes_change_nothing(suite, reference, tmp_path):
     result = RunSuite(suite, out=tmp_path, workers=2)
     assert_same(result.runs(), reference)
@@ -332,6 +333,7 @@ def test_the_whole_suite_is_checked_before_anything_runs(changes, message):
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_relative_paths_begin_at_the_suite(tmp_path, hunav):
     from hunav_drake import LoadScenario, SaveScenario
 

@@ -55,6 +55,7 @@ def suite(tmp_path):
     return tmp_path / "seeds.yaml"
 
 
+@pytest.mark.slow
 def test_a_cell_in_which_nothing_is_drawn_is_run_once(suite):
     result = RunSuite(LoadSuite(filename=suite), folder=suite.parent, workers=1)
     runs = result.runs()
@@ -109,6 +110,7 @@ def test_each_seed_of_a_suite_has_its_own_people(tmp_path):
     assert replay.name == "bare_pursuit_3.html"
 
 
+@pytest.mark.slow
 def test_a_report_on_runs_counts_equal_ones_once(tmp_path, capsys):
     (tmp_path / "bare.yaml").write_text(TRIAL)
     words = ["run", str(tmp_path / "bare.yaml"), "--out", str(tmp_path)]
@@ -147,6 +149,7 @@ def test_repetitions_are_for_planners_of_ones_own(fields, runs):
     assert plan.total == len(runs)
 
 
+@pytest.mark.slow
 def test_bench_tells_why_runs_do_not_arrive(suite, capsys):
     words = ["bench", str(suite), "--out", str(suite.parent), "--workers", "1"]
     changes = [BLOCKED, "robot.goal=[2, 0, 0]", "simulation.stuck_time=1.0"]

@@ -118,6 +118,7 @@ def test_fields_are_described(schema):
     assert human["desired_speed"]["maximum"] == 10
 
 
+@pytest.mark.slow
 def test_the_command_writes_it_with_what_users_add(
     capsys, tmp_path, monkeypatch
 ):

@@ -109,6 +109,7 @@ def test_what_a_recording_cannot_tell_is_refused_or_said():
     assert "changes nothing" in fit.warnings[0]
 
 
+@pytest.mark.slow
 def test_real_people_want_less_force():
     path = SCENES / "zara01.txt"
     if not path.exists():

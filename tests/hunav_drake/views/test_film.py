@@ -363,6 +363,7 @@ def test_a_folder_of_results_is_that_of_its_only_run(run, tmp_path):
     assert LoadRecordedTrial(results).duration == pytest.approx(3.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".gif", ".mp4"])
 def test_a_film_is_the_same_for_any_number_of_processes(run, tmp_path, suffix):
     if suffix == ".mp4":
@@ -419,6 +420,7 @@ def test_a_picture_does_not_depend_on_those_before(run):
     np.testing.assert_array_equal(other.Take(11).image, last.image)
 
 
+@pytest.mark.slow
 def test_a_gif_is_small_by_default(run, tmp_path):
     path = mut.RenderFilm(run, tmp_path / "film.gif")
     with Image.open(path) as film:
@@ -429,6 +431,7 @@ def test_a_gif_is_small_by_default(run, tmp_path):
     assert path.stat().st_size < 6e6 * 3.0 / 22.0
 
 
+@pytest.mark.slow
 def test_a_failed_film_leaves_neither_file_nor_process(run, tmp_path):
     def stop(done, total):
         raise KeyboardInterrupt

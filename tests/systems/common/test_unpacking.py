@@ -47,6 +47,7 @@ def unpackers(text):
             yield name
 
 
+@pytest.mark.slow
 def test_nothing_else_unpacks():
     found = {
         name: calls

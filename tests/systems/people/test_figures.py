@@ -124,6 +124,7 @@ def drawn(**values):
     return draw_population(config, NO_WALLS)
 
 
+@pytest.mark.slow
 def test_people_are_drawn_as_tall_as_their_age_and_sex_are():
     plain = drawn()
     assert {it.figure.tall for it in plain} == {1.0}

@@ -170,6 +170,7 @@ def test_motors_that_do_not_drive_hold_their_place(crate):
     assert abs(angle) < 0.002
 
 
+@pytest.mark.slow
 def test_paths_start_at_the_scenario_file(tmp_path, monkeypatch):
     folder = tmp_path / "models"
     folder.mkdir()

@@ -534,6 +534,7 @@ def test_a_walker_arrives_in_any_room(walls, start, goal):
     assert length_of(trace) <= 1.03 * shortest + 0.15
 
 
+@pytest.mark.slow
 def test_many_close_corners_lead_around_as_few_do():
     """Four hundred around a post, a millimetre from each other."""
     angles = 2 * np.pi * np.arange(400) / 400

@@ -128,6 +128,7 @@ def test_files_of_the_run_are_written(done):
     assert saved.simulation.seed == 3
 
 
+@pytest.mark.slow
 def test_another_seed_or_planner_is_another_run(tmp_path):
     channel = FakeChannel()
     trials = Trials(channel)
@@ -144,6 +145,7 @@ def test_another_seed_or_planner_is_another_run(tmp_path):
         assert result["metrics"]["path_length"] == expected
 
 
+@pytest.mark.slow
 def test_each_seed_draws_its_own_people(tmp_path):
     area = "{rectangle: [-1, 2, 3, 5]}"
     crowd = f"population: {{cohorts: [{{number: 2, start: [{area}]}}]}}\n"

@@ -29,6 +29,7 @@ def test_intervals_are_those_of_clopper_and_pearson(k, n, confidence):
     assert found == pytest.approx((known.low, known.high), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_estimate_is_the_share_of_seeds_that_fail(tmp_path):
     scenario = scene(DRAWS)
     done = []
@@ -54,6 +55,7 @@ def test_the_estimate_is_the_share_of_seeds_that_fail(tmp_path):
     assert (tmp_path / "runs.jsonl").read_text() == kept
 
 
+@pytest.mark.slow
 def test_it_stops_once_the_interval_is_narrow():
     found = EstimateFailureProbability(
         scene(DRAWS), relative_half_width=5.0, budget=200
@@ -95,6 +97,7 @@ def test_bad_arguments_are_refused(arguments, words):
         EstimateFailureProbability(scene(DRAWS), **arguments)
 
 
+@pytest.mark.slow
 def test_the_command_tells_the_estimate(hunav, tmp_path):
     file = tmp_path / "scene.yaml"
     file.write_text(SCENE)

@@ -71,6 +71,7 @@ def test_scenes_are_minimal(found):
         assert (folder / f"{i + 1:03d}.yaml").stat().st_size < 500
 
 
+@pytest.mark.slow
 def test_failures_repeat_from_their_file_in_a_new_process(found):
     failures, folder = found
     rank = pd.read_csv(folder / "rank.csv", dtype={"scene": str})
@@ -106,6 +107,7 @@ def test_a_context_before_the_failure_is_kept(found):
     np.testing.assert_array_equal(last, through)
 
 
+@pytest.mark.slow
 def test_a_second_call_goes_on_where_one_was_killed(found, tmp_path):
     failures, _ = found
     space = write_space(tmp_path)

@@ -123,6 +123,7 @@ def test_included_files_count_among_those_of_a_scenario(cart):
     assert 'mass value="0.6"' in reading.robot_text(str(cart), {}).text
 
 
+@pytest.mark.slow
 def test_a_package_that_is_not_there_is_told(cart):
     (cart.parents[2] / "cart_parts/package.xml").unlink()
     words = (
