@@ -11,6 +11,14 @@ from hunav_drake.runs import compiling_ahead as dut
 from hunav_drake.systems.planning import PLANNERS
 from tests.choices import shipped
 
+
+@pytest.fixture
+def started():
+    """Returns the processes that were started in the test."""
+    before = {*multiprocessing.active_children()}
+    return lambda: {*multiprocessing.active_children()} - before
+
+
 # A small kernel.
 DISCS = "robot.discs.touch_discs"
 
@@ -41,13 +49,13 @@ def test_a_trial_has_the_kernels_of_its_choices():
 
 @pytest.mark.slow
 def test_another_process_compiles_and_ends_with_the_block(
-    tmp_path, monkeypatch
+    tmp_path, monkeypatch, started
 ):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(dut, "kernels_of", lambda _: [DISCS])
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     with dut.compiling_ahead(LoadScenario("passing")):
-        (worker,) = multiprocessing.active_children()
+        (worker,) = started()
         end = time.monotonic() + 100
         while not any(tmp_path.rglob("discs.touch_discs*.nbc")):
             assert time.monotonic() < end
@@ -57,13 +65,13 @@ def test_another_process_compiles_and_ends_with_the_block(
 
 
 @pytest.mark.slow
-def test_a_block_that_fails_leaves_no_process(monkeypatch):
+def test_a_block_that_fails_leaves_no_process(monkeypatch, started):
     monkeypatch.setattr("os.cpu_count", lambda: 3)
     workers = []
 
     def interrupted():
         with dut.compiling_ahead(LoadScenario("passing")):
-            workers.extend(multiprocessing.active_children())
+            workers.extend(started())
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -74,8 +82,8 @@ def test_a_block_that_fails_leaves_no_process(monkeypatch):
         assert not worker.is_alive()
 
 
-def test_with_one_processor_there_is_no_other_process(monkeypatch):
+def test_with_one_processor_there_is_no_other_process(monkeypatch, started):
     monkeypatch.setattr("os.cpu_count", lambda: 1)
     monkeypatch.setattr(dut, "WorkerPool", None)
     with dut.compiling_ahead(LoadScenario("passing")):
-        assert not multiprocessing.active_children()
+        assert not started()
