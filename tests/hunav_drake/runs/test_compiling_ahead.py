@@ -11,16 +11,15 @@ from hunav_drake.runs import compiling_ahead as dut
 from hunav_drake.systems.planning import PLANNERS
 from tests.choices import shipped
 
+# A small kernel.
+DISCS = "robot.discs.touch_discs"
+
 
 @pytest.fixture
 def started():
     """Returns the processes that were started in the test."""
     before = {*multiprocessing.active_children()}
     return lambda: {*multiprocessing.active_children()} - before
-
-
-# A small kernel.
-DISCS = "robot.discs.touch_discs"
 
 
 @pytest.mark.parametrize("name", ["passing", "cafe", "fleet"])
