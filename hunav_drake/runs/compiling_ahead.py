@@ -8,6 +8,7 @@ import os
 from hunav_drake.runs.worker_pool import WorkerPool
 from hunav_drake.scenario import Scenario
 from hunav_drake.scenario.fleet import planners_of
+from hunav_drake.systems.world.shapes import World
 
 # The large kernels of trials, in the order in which processes begin them: what
 # takes long first, and last what the trial itself compiles first. Names that
@@ -61,7 +62,7 @@ def kernels_of(scenario: Scenario) -> list[str]:
     model = scenario.crowd.model
     step = _STEPS.get(getattr(model, "kernel", ""))
     names = [step] if step else []
-    if scenario.world.walls and scenario.crowd.route_planning:
+    if scenario.world != World() and scenario.crowd.route_planning:
         names += _AMONG_WALLS
     for planner in planners_of(scenario).split("+"):
         chosen = _PLANNERS.get(planner, ())
