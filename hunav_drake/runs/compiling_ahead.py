@@ -8,7 +8,6 @@ import os
 from hunav_drake.runs.worker_pool import WorkerPool
 from hunav_drake.scenario import Scenario
 from hunav_drake.scenario.fleet import planners_of
-from hunav_drake.systems.world.shapes import World
 
 # The large kernels of trials, in the order in which processes begin them: what
 # takes long first, and last what the trial itself compiles first. Names that
@@ -62,7 +61,8 @@ def kernels_of(scenario: Scenario) -> list[str]:
     model = scenario.crowd.model
     step = _STEPS.get(getattr(model, "kernel", ""))
     names = [step] if step else []
-    if scenario.world != World() and scenario.crowd.route_planning:
+    is_empty = scenario.world == type(scenario.world)()
+    if scenario.crowd.route_planning and not is_empty:
         names += _AMONG_WALLS
     for planner in planners_of(scenario).split("+"):
         chosen = _PLANNERS.get(planner, ())
