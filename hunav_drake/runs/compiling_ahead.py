@@ -4,6 +4,7 @@ from collections.abc import Iterator
 import contextlib
 import importlib
 import os
+import warnings
 
 from hunav_drake.runs.worker_pool import WorkerPool
 from hunav_drake.scenario import Scenario
@@ -92,8 +93,13 @@ def compiling_ahead(scenario: Scenario) -> Iterator[None]:
 def compile_ahead(name: str) -> None:
     """Compiles one kernel, unless another process does so already.
 
+    What there is to warn of is the trial's to tell.
+
     Args:
         name: Its name in `hunav_drake.systems`.
     """
     module, _, kernel = f"hunav_drake.systems.{name}".rpartition(".")
-    getattr(importlib.import_module(module), kernel).compile_once(waits=False)
+    found = getattr(importlib.import_module(module), kernel)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found.compile_once(waits=False)
