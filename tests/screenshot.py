@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from typing import Any
 
 import pytest
 
@@ -36,6 +37,15 @@ def unpacked(html: str) -> str:
     """Returns the page that a replay, the text of its file, unpacks."""
     (packed,) = re.findall(r'id="packed">([A-Za-z0-9+/=]+)<', html)
     return gzip.decompress(base64.b64decode(packed)).decode()
+
+
+def _run(command: list[str]) -> "subprocess.CompletedProcess[str]":
+    """Runs Chromium, which seldom hangs as it starts: then once more."""
+    options: dict[str, Any] = {"capture_output": True, "text": True}
+    try:
+        return subprocess.run(command, **options, timeout=180, check=False)
+    except subprocess.TimeoutExpired:
+        return subprocess.run(command, **options, timeout=600, check=False)
 
 
 def render(
@@ -71,7 +81,7 @@ def render(
         if time is not None:
             text = text.replace("</body>", _SEEK % float(time))
         page.write_text(text)
-        result = subprocess.run(
+        result = _run(
             [
                 CHROMIUM,
                 "--headless=new",
@@ -89,11 +99,7 @@ def render(
                 "--virtual-time-budget=8000",
                 f"--screenshot={png}",
                 f"{page.as_uri()}#view={view}",
-            ],
-            capture_output=True,
-            text=True,
-            timeout=180,
-            check=False,
+            ]
         )
     if not png.exists():
         raise RuntimeError(f"chromium gave no picture:\n{result.stderr}")
