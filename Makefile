@@ -68,8 +68,7 @@ test: $(DEV)
 	@$(BIN)/python -m pytest -m "not slow" -n 2 --dist worksteal
 
 test-all: $(DEV) lint types
-	@$(BIN)/python -m pytest -n 2 --dist worksteal -m slow \
-	    $(if $(SHARE),--share $(SHARE))
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -m slow
 
 # With the oldest versions that pyproject.toml allows of what users install, in
 # an environment of its own. (What runs the tests is new.)

@@ -1,4 +1,3 @@
-from collections import Counter
 from pathlib import Path
 import shutil
 import subprocess
@@ -24,38 +23,6 @@ settings.register_profile(
     "thorough", settings.get_profile("fast"), max_examples=1000
 )
 settings.load_profile("fast")
-
-
-def pytest_addoption(parser):
-    parser.addoption(
-        "--share",
-        metavar="K/N",
-        help="of the cases of each slow test that has N or more, run the K-th"
-        " of each N, counted from 0",
-    )
-
-
-def pytest_collection_modifyitems(config, items):
-    """Leaves out the other shares; tests with few cases run whole."""
-    if config.getoption("--share") is None:
-        return
-    share, shares = map(int, config.getoption("--share").split("/"))
-    slow = [it for it in items if it.get_closest_marker("slow")]
-    total = Counter(map(_test_of, slow))
-    number: Counter[str] = Counter()
-    out = set()
-    for item in slow:
-        test = _test_of(item)
-        if total[test] >= shares and number[test] % shares != share:
-            out.add(item.nodeid)
-        number[test] += 1
-    config.hook.pytest_deselected(items=[i for i in items if i.nodeid in out])
-    items[:] = [it for it in items if it.nodeid not in out]
-
-
-def _test_of(item):
-    return item.nodeid.partition("[")[0]
-
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 

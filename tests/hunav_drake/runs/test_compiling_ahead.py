@@ -44,6 +44,8 @@ def test_a_trial_has_the_kernels_of_its_choices():
         "planning.dwb.weighing.weigh_samples",
     }
     assert only_cafe <= {*cafe} - {*passing}
+    # A map has walls, too.
+    assert "world.waypoints.guided" in dut.kernels_of(LoadScenario("house"))
 
 
 @pytest.mark.slow
