@@ -199,6 +199,7 @@ def table_facts(
     attrs = facts_of(name for name in names if base_name(name) in METRICS)
     for name, facts in own.items():
         for fact, key in FACTS.items():
+            # (mypy accepts only literal names.)
             attrs[key][name] = facts[fact]  # type: ignore[literal-required]
     return attrs
 

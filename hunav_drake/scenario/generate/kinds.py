@@ -10,6 +10,7 @@ from pydantic.dataclasses import dataclass
 from scipy import ndimage
 import shapely
 
+# (It registers its kind.)
 from hunav_drake.scenario.generate import barn  # noqa: F401
 from hunav_drake.scenario.generate.buildings import (
     THICK,
