@@ -166,7 +166,8 @@ def test_people_do_not_disturb_each_other():
     np.testing.assert_array_equal(together, np.concatenate(alone))
 
 
-@given(st.floats(-np.pi, np.pi), st.floats(0.0, 2.0))
+# Speeds below 1 um/s drown in the rounding of positions.
+@given(st.floats(-np.pi, np.pi), st.just(0.0) | st.floats(1e-6, 2.0))
 def test_steps_do_not_depend_on_the_direction_of_the_walk(yaw, speed):
     np.testing.assert_allclose(
         walk_gait(walker(speed, yaw), 20)[: mut.LAST_X],
