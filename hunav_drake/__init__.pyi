@@ -36,6 +36,10 @@ from .runs.failures.risk import (
 )
 from .runs.failures.search import Falsify as Falsify
 from .runs.failures.space import LoadSearchSpace as LoadSearchSpace
+from .runs.failures.splitting import (
+    SplitEstimate as SplitEstimate,
+    SplitFailureProbability as SplitFailureProbability,
+)
 from .runs.recording_files import ReadRecording as ReadRecording
 from .runs.result_files import (
     LoadResults as LoadResults,

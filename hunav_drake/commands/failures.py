@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import contextlib
 import dataclasses
 import json
+import math
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
@@ -19,10 +20,12 @@ from hunav_drake.commands.options import (
     run_executor,
     whole_number,
 )
+from hunav_drake.systems.common.input_error import InputError
 
 if TYPE_CHECKING:
     from hunav_drake.runs.failures.found import Failures
     from hunav_drake.runs.failures.scene_runs import RunOptions
+    from hunav_drake.scenario import Scenario
 
 
 def add_falsify_options(falsify: argparse.ArgumentParser) -> None:
@@ -41,6 +44,14 @@ def add_falsify_options(falsify: argparse.ArgumentParser) -> None:
         choices=("cma", "random"),
         default="cma",
         help="cma descends on the robustness, random draws (default: cma)",
+    )
+    falsify.add_argument(
+        "--polish",
+        metavar="N",
+        type=whole_number(0),
+        default=0,
+        help="then try N more scenes, down the gradient from the worst one"
+        " (default: 0)",
     )
     falsify.add_argument(
         "--seed",
@@ -66,7 +77,8 @@ def add_risk_options(risk: argparse.ArgumentParser) -> None:
     risk.description = (
         "Estimates how likely a trial fails, by plain Monte Carlo over seeds,"
         " with an exact interval. The seeds must draw something: see"
-        " crowd.decisions."
+        " crowd.decisions. With --splitting, it searches for rare failures"
+        " instead, by forking the trials that come near to one."
     )
     risk.set_defaults(function=_risk)
     risk.add_argument("scenario", help="a shipped scenario or a file")
@@ -80,7 +92,6 @@ def add_risk_options(risk: argparse.ArgumentParser) -> None:
     risk.add_argument(
         "--half-width",
         type=float,
-        default=0.5,
         metavar="PART",
         help="stop once half of the interval is less than this part of the"
         " estimate (default: 0.5)",
@@ -88,20 +99,31 @@ def add_risk_options(risk: argparse.ArgumentParser) -> None:
     risk.add_argument(
         "--confidence",
         type=float,
-        default=0.95,
         help="the confidence of the interval (default: 0.95)",
+    )
+    risk.add_argument(
+        "--splitting",
+        metavar="N",
+        type=whole_number(2),
+        help="split N paths at people's decisions; 400 are usual",
+    )
+    risk.add_argument(
+        "--repeats",
+        type=whole_number(1),
+        help="the number of independent estimates by splitting (default: 10)",
     )
     risk.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
-        help="keep finished runs in a folder, to continue from there",
+        help="keep finished runs in a folder, to continue from there; of"
+        " --splitting also the failures found",
     )
-    _add_common(risk, 1000, "the largest number of runs")
+    _add_common(risk, None, "the largest number of runs")
 
 
 def _add_common(
-    parser: argparse.ArgumentParser, budget: int, meaning: str
+    parser: argparse.ArgumentParser, budget: int | None, meaning: str
 ) -> None:
     parser.add_argument(
         "--planner",
@@ -112,7 +134,7 @@ def _add_common(
         "--budget",
         type=whole_number(1),
         default=budget,
-        help=f"{meaning} (default: {budget})",
+        help=f"{meaning} (default: {budget or '1000; splitting 20000'})",
     )
     add_executor_options(parser)
     parser.add_argument(
@@ -160,6 +182,7 @@ def _falsify(options: argparse.Namespace) -> int:
             method=options.method,
             seed=options.seed,
             budget=options.budget,
+            polish=options.polish,
             **given,
         )
     if options.replays:
@@ -207,13 +230,20 @@ def _risk(options: argparse.Namespace) -> int:
 
     more = [f"planner={options.planner}"] if options.planner else []
     scenario = load_scenario(options.scenario, options, more)
+    if options.splitting:
+        return _splitting(scenario, options)
+    if options.repeats is not None:
+        raise InputError("--repeats: is for --splitting")
+    limits = {
+        "relative_half_width": options.half_width,
+        "confidence": options.confidence,
+        "budget": options.budget,
+    }
     with _run_options(options) as given:
         found = EstimateFailureProbability(
             scenario,
             options.robustness,
-            relative_half_width=options.half_width,
-            confidence=options.confidence,
-            budget=options.budget,
+            **{key: it for key, it in limits.items() if it is not None},
             **given,
         )
     if options.json:
@@ -230,4 +260,47 @@ def _risk(options: argparse.Namespace) -> int:
         )
     if not found.precise:
         print("The budget ended before the interval was as narrow as asked.")
+    return DONE
+
+
+def _splitting(scenario: "Scenario", options: argparse.Namespace) -> int:
+    from hunav_drake.runs.failures.splitting import SplitFailureProbability
+
+    for name in ("half_width", "confidence"):
+        if getattr(options, name) is not None:
+            raise InputError(
+                f"--{name.replace('_', '-')}: is for plain Monte Carlo, without"
+                " --splitting"
+            )
+    limits = {"repeats": options.repeats, "budget": options.budget}
+    with _run_options(options) as given:
+        found = SplitFailureProbability(
+            scenario,
+            options.robustness,
+            particles=options.splitting,
+            **{key: it for key, it in limits.items() if it is not None},
+            **given,
+        )
+    if options.json:
+        names = ("robustness", "particles", "estimates", "runs", "complete")
+        about = {name: getattr(found, name) for name in names}
+        numbers = {"probability": found.probability, "error": found.error}
+        about |= {
+            name: None if math.isnan(it) else it for name, it in numbers.items()
+        }
+        print(json.dumps(about, indent=2))
+        return DONE
+    print(found)
+    print(
+        "This is a search: check it by plain Monte Carlo (without --splitting)"
+        " before you report it."
+    )
+    if not found.complete:
+        print("The budget ended before all repeats were finished.")
+    if found.failures.scenes:
+        print(
+            found.failures.table.to_string(
+                index=False, float_format="{:.3g}".format
+            )
+        )
     return DONE

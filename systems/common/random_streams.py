@@ -98,25 +98,31 @@ def draw_normal(
     size: int,
     *,
     step: int = 0,
+    branch: int = 0,
 ) -> Array:
     """Returns normally distributed numbers of mean 0 and deviation 1.
 
-    All else is as for `draw_uniform`.
+    Other numbers follow for each branch, a whole number from 0. All else is as
+    for `draw_uniform`.
     """
-    streams = _streams(seed, human_ids, purpose, step)
+    streams = _streams(seed, human_ids, purpose, step, branch)
     return np.array(
         [stream.standard_normal(size) for stream in streams]
     ).reshape(len(human_ids), size)
 
 
 def _streams(
-    seed: int, human_ids: Sequence[int], purpose: Purpose, step: int = 0
+    seed: int,
+    human_ids: Sequence[int],
+    purpose: Purpose,
+    step: int = 0,
+    branch: int = 0,
 ) -> Iterator[np.random.Generator]:
     """Yields, for each person, a generator at the start of their stream."""
     # One generator is moved from stream to stream: making one takes ten times
     # as long.
     bits = np.random.Philox(
-        key=[check_seed(seed), 0], counter=[0, 0, int(purpose), step]
+        key=[check_seed(seed), 0], counter=[0, branch, int(purpose), step]
     )
     generator = np.random.Generator(bits)
     start = bits.state

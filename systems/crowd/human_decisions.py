@@ -99,6 +99,10 @@ class HumanDecisions(Sampling, LeafSystem):
         self._ids = people_ids(humans)
         self._rho = config.rho
         self._sigma = config.sigma_heading
+        self._redraws = [
+            (math.ceil(time / config.period - 1e-6), branch)
+            for time, branch in config.redraws
+        ]
         self._routes = None
         if obstacles is not None and len(obstacles) and humans:
             clearance = route_clearance([human.radius for human in humans])
@@ -131,9 +135,17 @@ class HumanDecisions(Sampling, LeafSystem):
         )
 
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
-        seed = self.GetSeed(context)
+        branch = 0
+        for first, redrawn in self._redraws:
+            if first <= number:
+                branch = redrawn
         draws = draw_normal(
-            seed, self._ids, Purpose.DECISION, 1, step=number
+            self.GetSeed(context),
+            self._ids,
+            Purpose.DECISION,
+            1,
+            step=number,
+            branch=branch,
         ).ravel()
         if held[-1] < 0:
             return self._sigma * draws

@@ -79,8 +79,11 @@ class Robustness:
     timed: bool
     function: Callable[..., Any]
 
-    def failing(self, recording: Recording, duration: float) -> Failing:
-        """Returns how near a trial is to this failure.
+    def margins(self, recording: Recording, duration: float) -> Array:
+        """Returns the margins: shape (N + 1,), or (N + 1, n) for n people.
+
+        They are infinite where nothing can fail. Of a single number, all but
+        the last one are.
 
         Args:
             recording: Its recording.
@@ -100,11 +103,17 @@ class Robustness:
                 f" got the shape {margins.shape}"
             )
         margins = np.where(np.isnan(margins), np.inf, margins)
-        if margins.ndim == 0:
-            series = np.full(samples, np.inf)
-            series[-1] = margins
-        else:
-            series = margins.reshape(samples, -1).min(axis=1, initial=np.inf)
+        if margins.ndim:
+            return margins
+        series = np.full(samples, np.inf)
+        series[-1] = margins
+        return series
+
+    def failing(self, recording: Recording, duration: float) -> Failing:
+        """Returns how near a trial is to this failure: see `margins`."""
+        margins = self.margins(recording, duration)
+        people = recording.num_humans
+        series = margins.reshape(len(recording), -1).min(axis=1, initial=np.inf)
         least = float(series.min())
         at = int(np.argmax(series < 0) if least < 0 else series.argmin())
         if margins.ndim == 2 and people and math.isfinite(least):

@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import dataclass, replace
+import math
 from pathlib import Path
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -40,6 +41,14 @@ RANK, TRIED = "rank.csv", "tried.csv"
 
 # The files of a scene: itself, a Context before its failure, and a replay.
 _SUFFIXES = (".yaml", ".npz", ".html")
+
+
+# Directions from a robot, counterclockwise, and closing speeds, in m/s.
+_DIRECTIONS = (
+    *("ahead", "ahead on the left", "on the left", "behind on the left"),
+    *("behind", "behind on the right", "on the right", "ahead on the right"),
+)
+_PACES = ((0.0, "moving apart"), (0.5, "slowly"), (1.25, "at walking pace"))
 
 
 class Scene(NamedTuple):
@@ -129,6 +138,15 @@ class Failures:
 def scene_name(index: int) -> str:
     """Returns the name of the file of a scene: 001, 002, ..."""
     return f"{index + 1:03d}"
+
+
+def kind_of_failure(failing: Failing) -> str:
+    """Returns where the person is, and how fast both approach, in words."""
+    if math.isnan(failing.bearing):
+        return "nobody"
+    sector = round(failing.bearing / (math.pi / 4)) % 8
+    pace = next((it for v, it in _PACES if failing.closing_speed < v), "fast")
+    return f"{_DIRECTIONS[sector]}, {pace}"
 
 
 # What a robot does in each kind of failure.

@@ -11,7 +11,12 @@ from typing import Any, Literal, NamedTuple, Unpack, cast
 
 import numpy as np
 
-from hunav_drake.runs.failures.found import Failures, Scene, write_failures
+from hunav_drake.runs.failures.found import (
+    Failures,
+    Scene,
+    kind_of_failure,
+    write_failures,
+)
 from hunav_drake.runs.failures.minimal import Shrinking, shrink
 from hunav_drake.runs.failures.scene_runs import (
     RunOptions,
@@ -39,7 +44,7 @@ from hunav_drake.systems.common.random_streams import (
     stream,
 )
 from hunav_drake.systems.common.suggest import suggestion
-from hunav_drake.systems.evaluation.robustness import Failing
+from hunav_drake.systems.evaluation.robustness import NO_FAILURE, Failing
 
 Method = Literal["cma", "random"]
 
@@ -48,6 +53,10 @@ METHODS: tuple[Method, ...] = ("cma", "random")
 # Of CMA-ES: the points of a generation, the first deviation in the unit cube,
 # and the runs after which it begins anew.
 _GENERATION, _SIGMA, _RESTART = 10, 0.3, 150
+
+# Of a descent: the difference that its gradient is taken of, and the first and
+# the last step, in the unit cube.
+_DIFFERENCE, _STEP, _LAST_STEP = 0.01, 0.1, 0.01
 
 # The largest number of scenes that are made minimal, the worst of each kind.
 _KEPT = 20
@@ -71,6 +80,7 @@ def Falsify(
     *,
     method: Method = "cma",
     budget: int = 300,
+    polish: int = 0,
     seed: int = 0,
     **options: Unpack[RunOptions],
 ) -> Failures:
@@ -92,6 +102,9 @@ def Falsify(
             parameters; by default that of the scenario.
         method: The method.
         budget: The number of scenes to try.
+        polish: The number of further scenes, which descend from the worst one
+            along the gradient of the robustness, by differences; ranges of
+            numbers change, all else stays.
         seed: The seed of the search, in [0, 2^63).
         options: Where scenes are run; with `out`, a folder gets the results,
             and a search that was interrupted goes on: see `RunOptions`.
@@ -112,6 +125,8 @@ def Falsify(
         )
     if not isinstance(budget, int) or budget < 1:
         raise ValueError(f"budget must be a positive number, got {budget!r}")
+    if not isinstance(polish, int) or polish < 0:
+        raise ValueError(f"polish must be a number from 0, got {polish!r}")
     check_seed(seed)
     places = Places()
     if not isinstance(space, SearchSpace):
@@ -126,13 +141,20 @@ def Falsify(
     }
     with SceneRuns(about, **options) as runs:
         tried: list[_Tried] = []
-        try_all = functools.partial(_try, runs, space, base, tried, budget)
+        total = budget + polish
+        try_all = functools.partial(_try, runs, space, base, tried, total)
         search = _SEARCHES[method](len(space.space), seed, budget)
-        points = next(search)
-        with contextlib.suppress(StopIteration):
-            while True:
-                points = search.send(try_all(points))
-        scenes = _minimal(runs, space, base, tried, budget)
+        points, values = _run_search(search, try_all)
+        worst = int(np.argmin(values))
+        if polish and tried[worst].is_valid:
+            ranges = [
+                i
+                for i, it in enumerate(space.space.values())
+                if isinstance(it, list)
+            ]
+            descent = _descend(points[worst], values[worst], ranges, polish)
+            _run_search(descent, try_all)
+        scenes = _minimal(runs, space, base, tried, total)
     failures = Failures(
         robustness=space.robustness,
         scenes=scenes,
@@ -233,6 +255,22 @@ def _run_scenes(
     ]
 
 
+def _run_search(
+    search: _Search, try_all: Callable[[list[Array]], list[float]]
+) -> tuple[list[Array], list[float]]:
+    """Returns the points that a search has tried, and their robustness."""
+    points: list[Array] = []
+    values: list[float] = []
+    with contextlib.suppress(StopIteration):
+        asked = next(search)
+        while True:
+            found = try_all(asked)
+            points += asked
+            values += found
+            asked = search.send(found)
+    return points, values
+
+
 def _random(size: int, seed: int, budget: int) -> _Search:
     """Yields all points at once, each drawn by the seed and its number."""
     yield [
@@ -278,6 +316,40 @@ def _cma(size: int, seed: int, budget: int) -> _Search:
             strategy.tell(points, values)
             if strategy.stop() or max(values) < 0:
                 break
+
+
+def _descend(
+    point: Array, value: float, ranges: list[int], budget: int
+) -> _Search:
+    """Yields points down the gradient from one, along some coordinates.
+
+    A step that does not lead down is halved.
+    """
+    left, step = budget, _STEP
+    while step > _LAST_STEP and left >= max(len(ranges), 1):
+        # (Into the cube.)
+        differences = np.where(point[ranges] > 0.5, -1, 1) * _DIFFERENCE
+        around = [point.copy() for _ in ranges]
+        for near, i, difference in zip(
+            around, ranges, differences, strict=True
+        ):
+            near[i] += difference
+        values = np.array((yield around))
+        left -= len(values)
+        slope = np.zeros(len(point))
+        valid = values < NO_FAILURE
+        slope[ranges] = np.where(valid, (values - value) / differences, 0.0)
+        length = float(np.linalg.norm(slope))
+        if not length:
+            return
+        while left and step > _LAST_STEP:
+            lower = np.clip(point - step / length * slope, 0.0, 1.0)
+            (found,) = yield [lower]
+            left -= 1
+            if found < value:
+                point, value = lower, found
+                break
+            step /= 2
 
 
 _SEARCHES: dict[Method, Callable[[int, int, int], _Search]] = {
@@ -337,20 +409,3 @@ def _minimal(
             scene = found[kind]._replace(found=found[kind].found + count)
         found[kind] = scene
     return [*found.values()]
-
-
-# Directions from a robot, counterclockwise, and closing speeds, in m/s.
-_DIRECTIONS = (
-    *("ahead", "ahead on the left", "on the left", "behind on the left"),
-    *("behind", "behind on the right", "on the right", "ahead on the right"),
-)
-_PACES = ((0.0, "moving apart"), (0.5, "slowly"), (1.25, "at walking pace"))
-
-
-def kind_of_failure(failing: Failing) -> str:
-    """Returns where the person is, and how fast both approach, in words."""
-    if math.isnan(failing.bearing):
-        return "nobody"
-    sector = round(failing.bearing / (math.pi / 4)) % 8
-    pace = next((it for v, it in _PACES if failing.closing_speed < v), "fast")
-    return f"{_DIRECTIONS[sector]}, {pace}"

@@ -225,6 +225,51 @@ def test_state_and_seed_live_in_the_context():
     assert (later[0] != later[1]).all()
 
 
+def headings_of(redraws, seed=0):
+    """Returns the headings of 12 decisions, one every 0.25 s."""
+    dut = HumanDecisions(people(2), DecisionsConfig(redraws=redraws))
+    context = fixed(dut, states(2), commands(2))
+    dut.SetSeed(context, seed)
+    simulator = Simulator(dut, context)
+    found = []
+    for k in range(12):
+        simulator.AdvanceTo(0.25 * k + 0.1)
+        found.append(headings(dut, simulator.get_context()).copy())
+    return np.array(found)
+
+
+def test_decisions_are_redrawn_from_a_time_on():
+    """The decision at that very time is the first one."""
+    plain = headings_of([])
+    for time, first in ((1.0, 4), (1.01, 5), (0.0, 0)):
+        found = headings_of([(time, 1)])
+        np.testing.assert_array_equal(found[:first], plain[:first])
+        assert (found[first:] != plain[first:]).all()
+    other = headings_of([(1.0, 2)])
+    assert (other[4:] != headings_of([(1.0, 1)])[4:]).all()
+    twice = headings_of([(1.0, 1), (2.0, 2)])
+    np.testing.assert_array_equal(twice[:8], headings_of([(1.0, 1)])[:8])
+    assert (twice[8:] != other[8:]).all()
+
+
+def test_the_seed_counts_in_redrawn_decisions_too():
+    redraws = [(1.0, 1)]
+    assert (headings_of(redraws, 1) != headings_of(redraws, 2)).all()
+
+
+def test_redrawn_decisions_are_distributed_alike():
+    dut = HumanDecisions(people(400), DecisionsConfig(redraws=[(0.0, 5)]))
+    found = headings(dut, fixed(dut, states(400), commands(400)))
+    assert found.std() == pytest.approx(0.2, rel=0.12)
+    assert abs(found.mean()) < 0.03
+
+
+@pytest.mark.parametrize("redraws", [[(2.0, 1), (2.0, 2)], [(3, 1), (1, 2)]])
+def test_redraws_are_sorted(redraws):
+    with pytest.raises(ValueError, match="sorted by time"):
+        DecisionsConfig(redraws=redraws)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -3,6 +3,7 @@
 import dataclasses as dc
 import json
 import math
+import shutil
 import subprocess
 import sys
 
@@ -21,10 +22,10 @@ from hunav_drake import (
     RunTrial,
     ScenarioError,
 )
-from hunav_drake.runs.failures.found import write_failures
+from hunav_drake.runs.failures.found import kind_of_failure, write_failures
 from hunav_drake.runs.failures.minimal import Shrinking, shrink
 from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
-from hunav_drake.runs.failures.search import kind_of_failure
+from hunav_drake.runs.failures.search import _descend, _run_search
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
 from tests.processes import dask_client
@@ -165,6 +166,44 @@ def test_random_scenes_are_drawn_by_seed_and_number(tmp_path):
     assert other.runs[0][0] != few.runs[0][0]
 
 
+def test_a_descent_finds_the_lowest_point_of_a_bowl():
+    """A coordinate that is no range of numbers stays."""
+    low = np.array([0.3, 0.8, 0.0])
+
+    def height(point):
+        return float(((point[:2] - low[:2]) ** 2).sum())
+
+    start = np.array([0.9, 0.1, 0.5])
+    descent = _descend(start, height(start), [0, 1], 60)
+    tried, _ = _run_search(descent, lambda asked: [*map(height, asked)])
+    assert len(tried) <= 60
+    best = min(tried, key=height)
+    np.testing.assert_allclose(best[:2], low[:2], atol=0.03)
+    assert {it[2] for it in tried} == {0.5}
+    assert (np.array(tried) >= 0).all()
+    assert (np.array(tried) <= 1).all()
+
+
+def test_a_descent_ends_where_it_is_level():
+    descent = _descend(np.array([0.5, 0.5]), 1.0, [0, 1], 60)
+    # (One of them is no valid scene.)
+    tried, _ = _run_search(descent, lambda _: [1.0, 9.0])
+    assert len(tried) == 2
+
+
+@pytest.mark.slow
+def test_a_finished_search_is_polished(found, tmp_path):
+    failures, folder = found
+    shutil.copytree(folder, tmp_path / "out")
+    space = folder.parent / "space.yaml"
+    again = Falsify(space, budget=20, polish=8, out=tmp_path / "out")
+    values = values_of(again)
+    assert values[:20] == values_of(failures)
+    assert 20 < len(values) <= 28
+    worst = min(it.robustness for _, it in failures.runs)
+    assert min(it.robustness for _, it in again.runs) <= worst
+
+
 def test_scenes_that_begin_too_near_are_not_run(tmp_path):
     text = SPACE.replace("start_gap: 0.5", "start_gap: 50.0")
     out = tmp_path / "out"
@@ -248,6 +287,7 @@ def test_faults_of_the_file_have_their_line(tmp_path, change, words):
     [
         ({"method": "cmaes"}, "no method 'cmaes'; did you mean 'cma'"),
         ({"budget": 0}, "budget must be"),
+        ({"polish": -1}, "polish must be"),
         ({"seed": -1}, "seed must be"),
     ],
 )
