@@ -270,7 +270,9 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
 
 
 def _may_sit(scenario: Scenario, human: HumanConfig) -> bool:
-    """Returns whether the tree of a person uses places."""
+    """Returns whether the tree of a person uses places, and it can sit."""
+    if human.figure.wheelchair:
+        return False
     from hunav_drake.systems.behavior import BehaviorTreeError, LoadBehavior
 
     profile = scenario.crowd.profile

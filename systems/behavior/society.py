@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Container, Iterator, Sequence
 from dataclasses import dataclass
+import functools
 import hashlib
 from typing import Any, Protocol
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from hunav_drake.systems.behavior.nodes.node import Node
 from hunav_drake.systems.behavior.nodes.port import Constant, Meaning, Port
-from hunav_drake.systems.behavior.nodes.social import LIST_SIZE
+from hunav_drake.systems.behavior.nodes.social import LIST_SIZE, SEAT_TYPES
 from hunav_drake.systems.behavior.nodes.texts import (
     people_code,
     people_of,
@@ -121,6 +122,15 @@ class Society:
             np.array(slots, dtype=float).reshape(-1, SLOT_SIZE),
             np.array([*lists.values()], dtype=float).reshape(-1, LIST_SIZE),
         )
+
+    @functools.cached_property
+    def slots_beside(self) -> Array:
+        """The slots of people in wheelchairs: beside seats and beds."""
+        slots = self.slots.copy()
+        kinds = self.places[slots[:, 5].astype(int), 7]
+        sits = np.isin(kinds, SEAT_TYPES)
+        slots[sits, :2] = slots[sits, 3:5]
+        return slots
 
     def describe_places(self) -> str:
         """Returns which places there are, but not where: rows have memory."""

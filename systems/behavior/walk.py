@@ -101,6 +101,11 @@ class Walk:
         self._kept: list[Array] = []
         self._ticks = np.zeros(len(people), TICK)
         known = self._society_fields(society) if society else {}
+        # By whether a person is in a wheelchair.
+        slots = [0, 0]
+        if society is not None:
+            tables = (society.slots, society.slots_beside)
+            slots = [*map(self._address, tables)]
         self._places: list[list[float]] | None = None
         if society is not None:
             self._places = society.places[:, 10:12].tolist()
@@ -109,6 +114,7 @@ class Walk:
                 **self._tree_fields(programs[i]),
                 **self._person_fields(people[i]),
                 **known,
+                "slots_of_places": slots[people[i].is_wheeled],
                 "social": society is not None and programs[i].is_social,
                 "signal": 8 * (self.signals.start + SIGNAL_SIZE * i),
                 "initial": self._address(initials[i]) if initials else 0,
@@ -165,7 +171,6 @@ class Walk:
                 name: self._address(getattr(society, name))
                 for name in ("ids", "places", "lists")
             },
-            "slots_of_places": self._address(society.slots),
             "num_places": len(society.places),
             "num_place_slots": len(society.slots),
             "num_lists": len(society.lists),

@@ -139,9 +139,9 @@ def hold_figures(figures: Array, manners: Array, bodies: Array) -> Array:
         q[:FIGURE_SIZE] = figures[i]
         # (Slowly at first and at last.)
         sits = own[SITS] ** 2 * (3.0 - 2.0 * own[SITS])
-        if bodies[i, WHEELED] > 0.0:
-            sits = 0.0
         lies = own[LIES] ** 2 * (3.0 - 2.0 * own[LIES])
+        if bodies[i, WHEELED] > 0.0:
+            sits = lies = 0.0
         walks = 1.0 - max(sits, lies)
         tall = bodies[i, TALL]
         bent = seated_knee(tall)

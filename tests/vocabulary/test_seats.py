@@ -372,3 +372,35 @@ def test_who_starts_on_a_seat_and_waits_stands_up_first():
     assert max(map(math.dist, way, way[1:])) < 0.08
     assert way[22][0] > 0.5
     assert any(seated(stage)[0] for _ in stage.run(12.0))
+
+
+@pytest.mark.parametrize("kind", ["chair", "bed"])
+def test_who_is_in_a_wheelchair_stays_in_it_beside_seats_and_beds(kind):
+    place = world({"type": kind, "center": [0, 0]})
+    (spot,) = with_furniture([], place)
+    sit = SIT.replace("chair_1", f"{kind}_1")
+    person = someone(
+        2.5, 2, 0, f"<RunOnce>{sit}</RunOnce>", figure={"wheelchair": True}
+    )
+    stage = Stage([person], obstacles=place)
+    walls = place.obstacles()
+    used = []
+    for t in stage.run(25.0):
+        here = stage.states[0, :2]
+        assert not inside(walls, [here]).any()
+        if stage.signals[0, Signal.POSTURE] != Posture.STANDING:
+            used.append(t)
+            away = min(math.dist(here, it) for it in spot.all_approaches())
+            assert away < 0.31
+    assert 5.0 < used[-1] - used[0] < 6.5
+
+
+def test_who_is_in_a_wheelchair_cannot_begin_on_a_seat():
+    person = {
+        "name": "ana",
+        "pose": [0, 0, 0],
+        "figure": {"wheelchair": True},
+        "behavior": {"type": "sit"},
+    }
+    with pytest.raises(ScenarioError, match=r"pose: is inside world"):
+        scenario([person], [CHAIR])

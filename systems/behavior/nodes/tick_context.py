@@ -104,6 +104,8 @@ class Person:
         hiding: The obstacles that the person cannot see through, likewise.
         body_radius: The radius of the body itself, in meters.
         ignores_invitations: Whether the person never joins others who ask.
+        is_wheeled: Whether the person is in a wheelchair, and stays in it:
+            beside seats and beds.
         needs: The level of each need at the start, and by how much it sinks in
             a second.
     """
@@ -119,6 +121,7 @@ class Person:
     hiding: Array | None = field(default=None, compare=False)
     body_radius: float = LARGEST_BODY
     ignores_invitations: bool = False
+    is_wheeled: bool = False
     needs: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     @classmethod
@@ -163,6 +166,7 @@ class Person:
             hiding=sight_obstacles.table if sight_obstacles else None,
             body_radius=human.contact_radius,
             ignores_invitations=human.invitations == "ignore",
+            is_wheeled=human.figure.wheelchair,
             needs={
                 name: (it.initial, it.rate) for name, it in human.needs.items()
             },

@@ -87,11 +87,12 @@ def test_who_lies_is_on_the_back_above_the_bed():
     q = figures(lying, states)[0][0]
     assert q[mut.LEAN] == pytest.approx(-math.pi / 2)
     assert 0.6 < q[HIP_HEIGHT] < 0.7
-    # Likewise whoever came in a wheelchair.
+    # Whoever is in a wheelchair stays in it.
     wheeled = adult_figures(1)
     wheeled[0, WHEELED] = 1.0
     moved = figures(lying, states, wheeled)[0][0]
-    assert moved[HIP_HEIGHT] == q[HIP_HEIGHT]
+    assert moved[HIP_HEIGHT] == SEAT + FOOTREST
+    assert moved[mut.LEAN] == 0
     sits = figures(after(0.0, shown(1), states), states, wheeled)[0][0]
     assert sits[HIP_HEIGHT] == SEAT + FOOTREST
 
