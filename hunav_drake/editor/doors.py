@@ -215,7 +215,7 @@ def _pieces(wall: _Wall, opening: Any) -> Iterator[dict[str, Any]]:
         if rest.geom_type == "LineString":
             if rest.length > _LEAST_LENGTH:
                 yield {**wall.data, "points": _rounded(rest)}
-        elif _longest(rest) <= _LEAST_LENGTH:
+        elif rest.is_empty or _longest(rest) <= _LEAST_LENGTH:
             continue
         elif isinstance(wall.made, Box) and (box := _box(wall.made, rest)):
             yield {**wall.data, **box}

@@ -2,17 +2,26 @@
 
 from collections.abc import Iterator
 import contextlib
+import functools
 import importlib
 import os
-import warnings
+import subprocess
+import sys
+from typing import Any
 
-from hunav_drake.runs.worker_pool import WorkerPool
 from hunav_drake.scenario import Scenario
 from hunav_drake.scenario.fleet import planners_of
+from hunav_drake.systems.common.kernels import keeps_code
+from hunav_drake.systems.common.registry import name_of
 
 # The large kernels of trials, in the order in which processes begin them: what
 # takes long first, and last what the trial itself compiles first. Names that
 # are missing here are compiled when they are used.
+_MODELS = {
+    "orca": "orca.model.orca_accelerations",
+    "anticipation_velocity": "anticipation_velocity.anticipated_velocities",
+    "collision_free_speed": "collision_free_speed.collision_free_speeds",
+}
 _STEPS = {
     "hunavsim": "crowd.bodies.hunavsim_step.hunavsim_step",
     "fast": "crowd.bodies.whole_step.whole_step",
@@ -23,6 +32,7 @@ _AMONG_WALLS = (
     "crowd.walls.passages.ease",
     "crowd.bodies.passing_robots.pass_robots",
     "crowd.bodies.adaptation._adapted",
+    "world.visibility_graph.free_points",
 )
 _PLANNERS = {
     "dwb": ("planning.dwb.weighing.weigh_samples",),
@@ -36,16 +46,17 @@ _PLANNERS = {
     "sfw": ("planning.social.prediction.candidate_costs",),
 }
 _MAPS = (
-    "planning.costmap.raster.stamp_discs",
     "planning.global_planner.navfn_kernel.navfn_potential",
     "planning.global_planner.navfn_kernel.navfn_descent",
     "planning.costmap.raster.mark_walls",
+    "planning.costmap.raster.stamp_discs",
 )
+_LIDAR = "sensing.ray_kernels.ray_distances"
+# Of social forces.
+_BODIES = ("crowd.bodies.keep_apart.keep_apart", "crowd.bodies.finish.finish")
 _ALL = (
     "robot.disc_step.drive_disc",
     "crowd.walls.keep_out.keep_out_of_walls",
-    "crowd.bodies.keep_apart.keep_apart",
-    "crowd.bodies.finish.finish",
     "robot.discs.touch_discs",
     "world.visibility_graph.blocked",
     "world.nearest.nearest_on_walls",
@@ -60,14 +71,20 @@ _MOST_PROCESSES = 4
 def kernels_of(scenario: Scenario) -> list[str]:
     """Returns the names of the large kernels that a trial needs."""
     model = scenario.crowd.model
-    step = _STEPS.get(getattr(model, "kernel", ""))
-    names = [step] if step else []
+    names: list[str] = []
+    # (With people who come and go, other functions are compiled.)
+    if name_of(model) in _MODELS:
+        names.append(f"crowd.{_MODELS[name_of(model)]}")
+    elif (step := _STEPS.get(getattr(model, "kernel", ""))) is not None:
+        names += [] if scenario.population.sources else [step, *_BODIES]
     is_empty = scenario.world == type(scenario.world)()
     if scenario.crowd.route_planning and not is_empty:
         names += _AMONG_WALLS
     for planner in planners_of(scenario).split("+"):
         chosen = _PLANNERS.get(planner, ())
         names += [*chosen, *_MAPS] if chosen else ()
+    if scenario.sensors:
+        names.append(_LIDAR)
     return list(dict.fromkeys([*names, *_ALL]))
 
 
@@ -75,31 +92,49 @@ def kernels_of(scenario: Scenario) -> list[str]:
 def compiling_ahead(scenario: Scenario) -> Iterator[None]:
     """Compiles kernels of a trial in other processes while a block runs.
 
-    The processes end with the block. With one processor there are none.
+    The processes end with the block. There are none with one processor, where
+    compiled code cannot be kept on disk, or where no process can be started.
     """
-    processes = min((os.cpu_count() or 1) - 1, _MOST_PROCESSES)
-    if processes < 1:
-        yield
-        return
-    pool = WorkerPool(processes)
+    count = min(_num_processors() - 1, _MOST_PROCESSES) if keeps_code() else 0
+    # (Ctrl-C ends the block, and so the processes.)
+    start = functools.partial(
+        subprocess.Popen,
+        [sys.executable, "-m", __name__, *kernels_of(scenario)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        start_new_session=True,
+    )
+    processes: list[Any] = []
     try:
-        for name in kernels_of(scenario):
-            pool.submit(compile_ahead, name)
+        with contextlib.suppress(OSError):
+            for _ in range(count):
+                processes.append(start())
         yield
     finally:
-        pool.end_now()
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def _num_processors() -> int:
+    """Returns the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def compile_ahead(name: str) -> None:
     """Compiles one kernel, unless another process does so already.
 
-    What there is to warn of is the trial's to tell.
-
     Args:
         name: Its name in `hunav_drake.systems`.
     """
     module, _, kernel = f"hunav_drake.systems.{name}".rpartition(".")
-    found = getattr(importlib.import_module(module), kernel)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        found.compile_once(waits=False)
+    getattr(importlib.import_module(module), kernel).compile_once(waits=False)
+
+
+if __name__ == "__main__":
+    for _name in sys.argv[1:]:
+        compile_ahead(_name)

@@ -61,11 +61,6 @@ class WorkerPool(Executor):
             self._leash.close()
         self.shutdown()
 
-    def end_now(self) -> None:
-        """Ends the workers at once, without waiting until they have ended."""
-        self._leash.close()
-        self.shutdown(wait=False)
-
     def submit(
         self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any
     ) -> "Future[Any]":

@@ -87,6 +87,8 @@ def told_compile_time(
     From the first compilation on, the rest runs in the context that `helping`
     makes.
     """
+    from hunav_drake.systems.common.kernels import keeps_code
+
     told = False
     stack = ExitStack()
     terminal = sys.stderr.isatty()
@@ -96,16 +98,17 @@ def told_compile_time(
         nonlocal told
         text = "Compiling kernels (once, a minute or two) ..."
         if not told:
+            told = True
             write(text, end="" if terminal else "\n")
             stack.enter_context(helping())
         elif terminal:
             write(f"\r{text} {measured.kernels} done", end="")
-        told = True
 
     with stack, compile_time(tell, is_short=True) as measured:
         yield measured
     if told:
         write(
             f"{'\r' if terminal else ''}Compiled {measured.kernels} kernels in"
-            f" {measured.seconds:.0f} s; they are kept on disk."
+            f" {measured.seconds:.0f} s"
+            + ("; they are kept on disk." if keeps_code() else ".")
         )

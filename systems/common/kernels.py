@@ -19,6 +19,7 @@ from pathlib import Path
 import pickle
 import re
 import secrets
+import time
 import warnings
 import zlib
 
@@ -180,6 +181,19 @@ class _KeptCode(FunctionCache):
             )
 
 
+@functools.cache
+def keeps_code() -> bool:
+    """Returns whether there is a folder to keep compiled code in."""
+    with contextlib.suppress(RuntimeError):
+        return bool(_KeptCode(hash_sources).cache_path)
+    return False
+
+
+# How long one waits for a process that has a kernel, in seconds: quietly, and
+# until it is compiled here, too.
+_MOMENT, _PATIENCE = 0.5, 120.0
+
+
 @contextlib.contextmanager
 def _locked(kernel, *, waits):
     """Has a kernel for this process alone; yields whether it does.
@@ -192,15 +206,15 @@ def _locked(kernel, *, waits):
     byte = zlib.crc32(f"{kernel.__module__}:{kernel.__name__}".encode())
     locks, held = _lock_file(kernel._cache.cache_path), False
     try:
-        fcntl.lockf(locks, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
-        held = True
-    except BlockingIOError:
-        if not waits:
+        # (Who only reads the code holds the lock for a moment.)
+        held = _lock(locks, byte, _MOMENT if waits else 0.0)
+        if not held and not waits:
             yield False
             return
-        # (The time of waiting counts as that of compiling.)
-        with trigger_event("numba:compile", {"dispatcher": kernel}):
-            held = _wait_for(locks, byte)
+        if not held:
+            # The time of waiting counts as that of compiling.
+            with trigger_event("numba:compile", {"dispatcher": kernel}):
+                held = _lock(locks, byte, _PATIENCE)
     except (OSError, TypeError):
         pass
     try:
@@ -210,12 +224,21 @@ def _locked(kernel, *, waits):
             fcntl.lockf(locks, fcntl.LOCK_UN, 1, byte)
 
 
-def _wait_for(locks, byte):
-    """Locks a byte of a file; returns whether it could."""
-    with contextlib.suppress(OSError):
-        fcntl.lockf(locks, fcntl.LOCK_EX, 1, byte)
-        return True
-    return False
+def _lock(locks, byte, patience):
+    """Locks a byte of a file; returns whether it could, in so many seconds.
+
+    Who holds it may have been stopped (Ctrl-Z).
+    """
+    end = time.monotonic() + patience
+    while True:
+        try:
+            fcntl.lockf(locks, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)
+        except BlockingIOError:
+            if time.monotonic() >= end:
+                return False
+            time.sleep(0.01)
+        else:
+            return True
 
 
 @functools.cache
