@@ -189,7 +189,7 @@ def _arrivals(runs: pd.DataFrame) -> str:
         text += "; all seeds are alike, so no mean has an interval"
     elif seeds.notna().all() and once.groupby(keys).size().max() == 1:
         only = "each has" if seeds.nunique() > 1 else "there is"
-        text += f"; {only} one seed only, so no mean has an interval"
+        text += f"; {only} one seed only, so only rates have an interval"
     return f"{text}."
 
 

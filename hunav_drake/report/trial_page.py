@@ -33,6 +33,7 @@ from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situations import FindSituations
+from hunav_drake.systems.scene.overlays.reactions import who_reacts
 from hunav_drake.trial.metric_facts import headline_of, is_built_in, unit_of
 from hunav_drake.trial.result import TrialResult, run_facts
 
@@ -201,7 +202,7 @@ def _people(result: TrialResult) -> Table | None:
     if not run.num_humans:
         return None
     gaps = _gaps(run)
-    active = np.asarray(run.behavior_status) != 0
+    active = who_reacts(np.asarray(run.behavior_status), run.social_signals)
     # Each sample covers the time until the next one.
     intervals = np.append(run.features.intervals, 0.0)
     rows = []

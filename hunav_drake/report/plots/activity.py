@@ -13,6 +13,7 @@ from hunav_drake.report.plots.style import (
     note,
     shown,
 )
+from hunav_drake.systems.scene.overlays.reactions import who_reacts
 
 
 def plot_behavior_activity(data: Run, *, ax: Axes | None = None) -> Axes:
@@ -36,7 +37,7 @@ def plot_behavior_activity(data: Run, *, ax: Axes | None = None) -> Axes:
     ax = new_axes(ax, activity_height(n))
     styles = behavior_styles(run.behaviors)
     colors = {name: style["color"] for name, style in styles.items()}
-    active = np.asarray(run.behavior_status) != 0
+    active = who_reacts(np.asarray(run.behavior_status), run.social_signals)
     for i in range(n):
         present = run.features.present[:, i]
         for flags, color, height in (

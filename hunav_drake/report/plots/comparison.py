@@ -293,14 +293,16 @@ def _prepared(
 
 def _values(runs: pd.DataFrame, metric: str) -> Array:
     """Returns the values of a metric; infinity for a goal never reached."""
-    # (Of several robots, each has a rate of its own.)
+    # (Of several robots, each has a rate of its own; all must arrive for what
+    # is about all of them.)
     own = metric.removesuffix(base_name(metric)) + RATES[0]
-    rate = own if own in runs else RATES[0]
-    names = [metric, *[rate] * (rate in runs and metric != rate)]
-    once = once_per_seed(runs, [], names)
+    every = [it for it in runs if base_name(str(it)) == RATES[0]]
+    is_own = own in runs and base_name(metric) == TIMES[0]
+    rates = [own] if is_own else every
+    once = once_per_seed(runs, [], list(dict.fromkeys([metric, *rates])))
     values: Array = once[metric].to_numpy(dtype=float)
-    if base_name(metric) in TIMES and rate in names:
-        never = once[rate] < 1
+    if base_name(metric) in TIMES and rates:
+        never = (once[rates] < 1).any(axis=1)
         values = np.where(never, np.inf, values)
         return values[~np.isnan(values)]
     return values[np.isfinite(values)]

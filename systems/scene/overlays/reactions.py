@@ -7,16 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array, Mask
-from hunav_drake.systems.scene.overlays.tags import calm_activities
+from hunav_drake.systems.common.layout import Activity, Signal
+from hunav_drake.systems.scene.overlays.tags import WORDS
+
+# What people do that has a status, and is no reaction to a robot.
+_CALM = [*WORDS.keys() - {Activity.ACCOMPANY, Activity.WAIT}]
 
 
 def reactions(
     times: Array, status: NDArray[Any] | None, signals: Array | None
 ) -> Iterator[tuple[int, float, float]]:
     """Yields who reacts to a robot, by row, and from when to when, in seconds.
-
-    What people do with places and each other, such as to sit, queue or talk, is
-    no reaction, although it has a status, too.
 
     Args:
         times: Shape (N + 1,), in seconds.
@@ -25,15 +26,29 @@ def reactions(
     """
     if status is None:
         return
-    reacts = status != 0
-    for k in np.flatnonzero(reacts.any(axis=1)).tolist():
-        row = None if signals is None else signals[k]
-        reacts[k] &= [not it for it in calm_activities(row, status.shape[1])]
-    # (What people do is shown from the second sample on.)
-    reacts[:1] = False
+    reacts = who_reacts(status, signals)
     for i in range(status.shape[1]):
         for begin, end in stretches(times, reacts[:, i]):
             yield i, begin, end
+
+
+def who_reacts(status: NDArray[Any], signals: Array | None) -> Mask:
+    """Returns who reacts to a robot: shape (N + 1, n).
+
+    What people do with places and each other, such as to sit, queue or talk, is
+    no reaction, although it has a status, too.
+
+    Args:
+        status: The status of behaviors, shape (N + 1, n).
+        signals: Shape (N + 1, n, 22), or None.
+    """
+    reacts: Mask = status != 0
+    if signals is not None:
+        rows = signals.reshape(*status.shape, -1)
+        reacts &= ~np.isin(rows[..., Signal.ACTIVITY], _CALM)
+        # (What people do is shown from the second sample on.)
+        reacts[:1] &= reacts[1:2] if len(reacts) > 1 else False
+    return reacts
 
 
 def stretches(times: Array, mask: Mask) -> Iterator[tuple[float, float]]:

@@ -107,3 +107,15 @@ def test_thin_walls_keep_what_stands_beside_the_door(thickness):
     operations = door_operations({"world": {"walls": [wall]}}, (0, 0), 0.2)
     widths = sorted(piece["size"][0] for *_, piece in operations)
     assert widths == pytest.approx([0.15, 0.15], abs=0.02)
+
+
+def test_a_short_wall_within_the_door_goes():
+    walls = [
+        {"type": "box", "center": [0, 0], "size": [4, 0.1]},
+        {"type": "box", "center": [0, 0.1], "size": [0.6, 0.1]},
+    ]
+    found = door_operations({"world": {"walls": walls}}, (0, 0), 0.2)
+    assert ("remove", ("world", "walls", 1)) in [
+        (kind, tuple(path)) for kind, path, *_ in found
+    ]
+    assert [it[0] for it in found].count("set") == 1

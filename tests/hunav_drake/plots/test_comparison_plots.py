@@ -78,6 +78,15 @@ def test_who_never_arrives_is_later_than_any_time():
     assert lines_of(ax)["a (n = 3)"][-1, 1] == pytest.approx(100)
 
 
+def test_a_fleet_of_which_a_robot_never_arrives_is_late():
+    runs = runs_of(a=A[:4]).drop(columns="completed", errors="ignore")
+    runs["makespan"] = [20.0, 21.0, np.nan, np.nan]
+    runs["west.completed"] = 1.0
+    runs["east.completed"] = [1.0, 1.0, 0.0, 0.0]
+    drawn = lines_of(plot_distribution(runs, "makespan"))
+    assert drawn["a (n = 4)"][-1, 1] == pytest.approx(50)
+
+
 def test_nothing_and_one_value_have_a_distribution():
     runs = runs_of(a=[np.nan, np.nan], b=[5.0])
     ax = plot_distribution(runs, "time_to_reach_goal")

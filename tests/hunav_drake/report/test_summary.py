@@ -6,9 +6,11 @@ import pytest
 
 from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.report.summary import main_metrics, runs_summary, trial_summary
+from hunav_drake.report.trial_page import trial_content
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.systems.evaluation.encounters import find_encounters
+from hunav_drake.views.events import events_of
 from tests.hunav_drake.passing_trials import make_recording, make_result
 
 NAN = float("nan")
@@ -265,7 +267,9 @@ def test_one_seed_each_is_no_seed_for_all():
     table = runs_of(a=[10.0], b=[11.0])
     table.loc[table["contender"] == "b", "seed"] = 1
     first, _, _ = runs_summary(table)
-    assert first.endswith("each has one seed only, so no mean has an interval.")
+    assert first.endswith(
+        "each has one seed only, so only rates have an interval."
+    )
     # A seed that was run several times has an interval, and none is denied.
     again = runs_of(a=[10.0, 11.0, 12.0]).assign(seed=0)
     first, second, _ = runs_summary(again)
@@ -273,11 +277,36 @@ def test_one_seed_each_is_no_seed_for_all():
     assert "interval" in second
 
 
+def reacting_of(result):
+    """Returns how many react by the summary, and their times by the table."""
+    content = trial_content(result)
+    (rows,) = content["people"].groups.values()
+    *_, third = content["summary"]
+    return third.partition(", and ")[2], [row[-1] for row in rows]
+
+
 def test_who_talks_does_not_react():
     scenario = LoadScenario(
         filename="living_cafe", overrides=["simulation.duration=8.0"]
     )
+    words, times = reacting_of(RunTrial(scenario))
+    assert words == "0 of 11 people reacted to the robot."
+    assert {*times} == {"0"}
+
+
+TREE = """<root BTCPP_format="4" main_tree_to_execute="Mine">
+<include path="regular.xml"/><BehaviorTree ID="Mine">
+<Fallback>{}<SubTree ID="RegularNavTree"/></Fallback></BehaviorTree></root>"""
+
+
+def test_who_accompanies_a_robot_reacts_to_it():
+    """It is an activity, with a word on tags, as talking is."""
+    scenario = LoadScenario("passing", overrides=["simulation.duration=5.0"])
+    for human in scenario.humans:
+        human.behavior = TREE.format('<AccompanyRobot spacing="1.0"/>')
     result = RunTrial(scenario)
-    found = find_encounters(result.recording)
-    *_, third = trial_summary(result, {"": found.people()})
-    assert third.endswith("and 0 of 11 people reacted to the robot.")
+    words, times = reacting_of(result)
+    assert words == "2 of 2 people reacted to the robot."
+    assert {*times} == {"5"}
+    kinds = [kind for _, _, kind, *_ in events_of(result.recording)]
+    assert kinds.count("reaction") == 2
