@@ -307,6 +307,6 @@ def test_who_accompanies_a_robot_reacts_to_it():
     result = RunTrial(scenario)
     words, times = reacting_of(result)
     assert words == "2 of 2 people reacted to the robot."
-    assert {*times} == {"5"}
+    assert {*times} == {"5.00"}
     kinds = [kind for _, _, kind, *_ in events_of(result.recording)]
     assert kinds.count("reaction") == 2
