@@ -19,6 +19,7 @@ from hunav_drake.systems.behavior.language.parser import (
 from hunav_drake.systems.behavior.language.xml_source import NOTES, XmlElement
 from hunav_drake.systems.behavior.library import LoadTree
 from hunav_drake.systems.behavior.nodes.errors import Place
+from hunav_drake.systems.behavior.nodes.language_nodes import FURTHER_NODES
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.port import Port
 from hunav_drake.systems.behavior.nodes.registry import (
@@ -197,7 +198,7 @@ def _model(documents: Documents) -> XmlElement:
             if node is tree.element or node.tag in SUBTREE_TAGS:
                 continue
             node_type = NODE_TYPES.get(node_name(node))
-            if node_type is not None and node_type.source:
+            if node_type is not None and is_declared(node_type):
                 more = LIMITS if is_limited(node, node_type) else set()
                 ignored = (node_type.ignored | more) & node.attributes.keys()
                 used.setdefault(node_type.name, set()).update(ignored)
@@ -217,6 +218,11 @@ def _model(documents: Documents) -> XmlElement:
     }
     named = [subtree for _, subtree in sorted(subtrees.items())]
     return _element("TreeNodesModel", {}, [*_leaves(used), *named])
+
+
+def is_declared(node_type: NodeType) -> bool:
+    """Returns whether Groot2 does not know a type, and must be told of it."""
+    return bool(node_type.source) or node_type.name in FURTHER_NODES
 
 
 def tree_nodes_model(node_types: Iterable[NodeType]) -> str:

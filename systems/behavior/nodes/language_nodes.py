@@ -224,6 +224,10 @@ LANGUAGE_NODES = (
 )
 
 
+# Those that BehaviorTree.CPP does not have.
+FURTHER_NODES = ("TimeDelay", "Cooldown", "NeedsSelector", "Satisfies")
+
+
 def check_thresholds(node: Node, values: dict[str, Any]) -> None:
     """Checks the ports of Parallel, if the node is one.
 

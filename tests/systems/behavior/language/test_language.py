@@ -13,7 +13,7 @@ from hunav_drake.systems.behavior import (
     NodeStatus,
     ParseTree,
 )
-from hunav_drake.systems.behavior.writer import tree_nodes_model
+from hunav_drake.systems.behavior.writer import is_declared, tree_nodes_model
 from hunav_drake.systems.common.layout import Command, RobotRole
 from tests.systems.behavior.ticks import ME, PERSON, ROBOT, WALK, at, tick_near
 
@@ -282,7 +282,7 @@ def test_shipped_trees_tell_groot_of_our_nodes():
     ours = [
         node_type
         for node_type in NODE_TYPES.values()
-        if node_type.source.startswith("hunav_drake.")
+        if node_type.is_ours and is_declared(node_type)
     ]
     file = BEHAVIORS["regular"].with_name("node_models.xml")
     written = ET.parse(file).getroot().find("TreeNodesModel")
