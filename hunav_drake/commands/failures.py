@@ -291,10 +291,13 @@ def _splitting(scenario: "Scenario", options: argparse.Namespace) -> int:
         print(json.dumps(about, indent=2))
         return DONE
     print(found)
-    print(
-        "This is a search: check it by plain Monte Carlo (without --splitting)"
-        " before you report it."
-    )
+    if found.probability > 0:
+        print(
+            "This is a search: check it by plain Monte Carlo (without"
+            " --splitting) before you report it."
+        )
+    else:
+        print("No failure was found, which does not tell how rare it is.")
     if not found.complete:
         print("The budget ended before all repeats were finished.")
     if found.failures.scenes:

@@ -101,7 +101,7 @@ def EstimateFailureProbability(
             f" (0, 1), got {relative_half_width}, {budget}, {confidence}"
         )
     cell = scene_cell(CheckScenario(scenario), robustness, setting="risk")
-    _check_draws(scenario, cell)
+    check_draws(scenario, cell)
     about = {"risk": cell.text, "robustness": robustness}
     failings: list[Failing] = []
     prints: set[float] = set()
@@ -141,7 +141,7 @@ def EstimateFailureProbability(
     )
 
 
-def _check_draws(scenario: Scenario, cell: SceneCell) -> None:
+def check_draws(scenario: Scenario, cell: SceneCell) -> None:
     """Raises an error unless seeds give different trials of the same people."""
     if cell.drawn == NOTHING_DRAWN:
         message = (

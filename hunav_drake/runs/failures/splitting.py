@@ -14,6 +14,7 @@ from hunav_drake.runs.failures.found import (
     kind_of_failure,
     write_failures,
 )
+from hunav_drake.runs.failures.risk import check_draws
 from hunav_drake.runs.failures.scene_runs import (
     RunOptions,
     SceneCell,
@@ -133,10 +134,13 @@ class SplitEstimate:
 
     def __str__(self) -> str:
         count = len(self.estimates)
+        error = f"standard error {self.error:.2g}, " if count > 1 else ""
+        found = (
+            f"probability {self.probability:.3g}" if count else "no estimate"
+        )
         return (
-            f"{self.robustness}: probability {self.probability:.3g}, standard"
-            f" error {self.error:.2g} ({count} x {self.particles} paths,"
-            f" {self.runs} runs)"
+            f"{self.robustness}: {found} ({error}{count} x {self.particles}"
+            f" paths, {self.runs} runs)"
         )
 
 
@@ -197,8 +201,10 @@ def SplitFailureProbability(
         )
         fault = Fault(scenario.name or "scenario", 0, "crowd", message)
         raise ScenarioError(scenario.name or "scenario", [fault])
+    cell = scene_cell(scenario, robustness)
+    check_draws(scenario, cell)
     about = {
-        "splitting": scene_cell(scenario, robustness).text,
+        "splitting": cell.text,
         "robustness": robustness,
         "particles": particles,
         "seed": seed,

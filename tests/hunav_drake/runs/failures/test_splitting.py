@@ -172,6 +172,7 @@ def test_a_budget_leaves_unfinished_repeats_out():
     assert not found.complete
     assert found.runs <= 5
     assert math.isnan(found.error)
+    assert "nan" not in str(found)
 
 
 @pytest.mark.parametrize(
@@ -180,6 +181,14 @@ def test_a_budget_leaves_unfinished_repeats_out():
 def test_without_random_decisions_there_is_nothing_to_split(overrides):
     with pytest.raises(ScenarioError, match=r"--set crowd\.decisions"):
         SplitFailureProbability(scene(*overrides))
+
+
+def test_without_people_nothing_is_drawn():
+    empty = LoadScenario(
+        data="robot: {start: [0, 0, 0], goal: [2, 0, 0]}", overrides=[DRAWS]
+    )
+    with pytest.raises(ScenarioError, match="nothing is drawn"):
+        SplitFailureProbability(empty)
 
 
 @pytest.mark.parametrize(
