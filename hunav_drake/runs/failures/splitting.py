@@ -134,10 +134,11 @@ class SplitEstimate:
 
     def __str__(self) -> str:
         count = len(self.estimates)
-        error = f"standard error {self.error:.2g}, " if count > 1 else ""
-        found = (
-            f"probability {self.probability:.3g}" if count else "no estimate"
-        )
+        found, error = "no estimate", ""
+        if count:
+            found = f"probability {self.probability:.3g}"
+        if count > 1:
+            error = f"standard error {self.error:.2g}, "
         return (
             f"{self.robustness}: {found} ({error}{count} x {self.particles}"
             f" paths, {self.runs} runs)"
