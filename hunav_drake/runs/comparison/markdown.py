@@ -1,5 +1,6 @@
 """The results of a suite as a page of Markdown."""
 
+import math
 import re
 
 import pandas as pd
@@ -15,6 +16,7 @@ from hunav_drake.runs.outcomes import count_outcomes, outcome_text, why_not_goal
 from hunav_drake.runs.statistics import summarize
 from hunav_drake.runs.suite_result import KEYS, SuiteResult
 from hunav_drake.systems.common.registry import name_of
+from hunav_drake.systems.evaluation.metric import LEAST_GAP, base_name
 from hunav_drake.trial.provenance import program_versions
 from hunav_drake.trial.quantity_text import unit_text
 
@@ -86,6 +88,7 @@ def to_markdown(result: SuiteResult, command: str) -> str:
         f" {_NOTE} Distances are between surfaces. The last column has the"
         " first digits of the cell's hash, which is in `suite.json`.",
     ]
+    lines += _responsibility(runs)
     for scenario, setting, part in by_place(runs):
         title = ", ".join(word for word in (scenario, setting) if word)
         lines += ["", f"## {title}", "", *_table(result, part)]
@@ -96,6 +99,65 @@ def to_markdown(result: SuiteResult, command: str) -> str:
     if same := result.same_seeds():
         lines += ["", *(f"{line}." for line in same)]
     return "\n".join(lines) + "\n"
+
+
+def _responsibility(runs: pd.DataFrame) -> list[str]:
+    """Returns what planners cost people, and their worst encounters.
+
+    They are there of suites with `relative` and `evaluator.encounters`.
+    """
+    times, contacts, gaps = (
+        [it for it in runs if base_name(str(it)) == name]
+        for name in ("aggregated_time", "contacts_charged", LEAST_GAP)
+    )
+    planners = list(dict.fromkeys(runs["planner"]))
+    lines = []
+    if times:
+        lines += [
+            "The aggregated time is by how much later people within 3.6 m of"
+            " the robot arrive than without it, in seconds, summed over people;"
+            " means over seeds.",
+            "",
+            _row(["aggregated time (s)", *planners]),
+            _row(["---", *["---:"] * len(planners)]),
+        ]
+        for scenario, setting, part in by_place(runs):
+            own = part[times].sum(axis=1, min_count=1).groupby(part["planner"])
+            means = own.mean().reindex(planners)
+            title = ", ".join(word for word in (scenario, setting) if word)
+            lines.append(_row([title, *map(_seconds, means)]))
+    if gaps and contacts:
+        lines += [
+            "",
+            "A contact is charged to the robot if it approaches at least as"
+            " fast as the person. The worst encounter is that with the smallest"
+            " gap from surface to surface, negative for overlaps.",
+            "",
+            _row(["planner", "contacts charged", "worst encounter", "see it"]),
+            _row(["---", "---:", "---", "---"]),
+        ]
+        for planner in planners:
+            part = runs[runs["planner"] == planner]
+            least = part[gaps].min(axis=1)
+            if least.isna().all():
+                continue
+            at = part.loc[least.idxmin()]
+            words = f"hunav run {at['scenario']} --planner {planner}"
+            lines.append(
+                _row(
+                    [
+                        planner,
+                        f"{part[contacts].sum().sum():.0f}",
+                        f"{least.min():.3f} m in {at['scenario']}",
+                        f"`{words} --seed {at['seed']} --out DIR`",
+                    ]
+                )
+            )
+    return ["", "## Responsibility", "", *lines] if lines else []
+
+
+def _seconds(value: float) -> str:
+    return "" if math.isnan(value) else f"{value:.2f}".replace("-0.00", "0.00")
 
 
 def _counts(runs: pd.DataFrame, repetitions: int) -> str:

@@ -224,6 +224,33 @@ def test_the_page_of_markdown_tells_how_many_seeds_there_are():
     assert "with 2 seeds for each cell, each 2 times (" in text
 
 
+def test_the_page_of_markdown_tells_what_planners_cost_people():
+    def row(delay, charged, gap):
+        return {
+            "completed": 1.0,
+            "aggregated_time": delay,
+            "contacts_charged": charged,
+            "min_gap_exact": gap,
+        }
+
+    runs = {
+        ("hall", "a"): [row(1.0, 0.0, 0.4), row(2.0, 1.0, -0.02)],
+        ("hall", "b"): [row(-0.001, 0.0, 0.5), row(math.nan, 0.0, 0.3)],
+        ("door", "a"): [row(math.nan, 2.0, 0.01)] * 2,
+        ("door", "b"): [row(3.5, 0.0, 0.2)] * 2,
+    }
+    page = to_markdown(make_result(runs), "hunav bench x")
+    _, _, page = page.partition("## Responsibility")
+    assert "| aggregated time (s) | a | b |" in page
+    assert "| hall | 1.50 | 0.00 |" in page
+    assert "| door |  | 3.50 |" in page
+    see = "`hunav run hall --planner {} --seed 1 --out DIR`"
+    assert f"| a | 5 | -0.020 m in hall | {see.format('a')} |" in page
+    assert "| b | 0 | 0.200 m in door | `hunav run door" in page
+    plain = make_result({("hall", "a"): runs_of([10.0])})
+    assert "Responsibility" not in to_markdown(plain, "hunav bench x")
+
+
 NAN = {"completed": math.nan, "path_length": math.nan}
 
 

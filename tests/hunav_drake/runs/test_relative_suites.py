@@ -157,3 +157,20 @@ def test_trials_in_which_nobody_can_be_left_out(changes, words, tmp_path):
     )
     with pytest.raises(ScenarioError, match=words):
         RunSuite(suite, workers=1, folder=tmp_path)
+
+
+@pytest.mark.slow
+def test_the_command_asks_for_what_planners_cost_people(hunav, tmp_path):
+    (tmp_path / "mine.yaml").write_text(
+        "scenarios: [passing]\nplanners: [pursuit]\nseeds: 1\n"
+        "overrides: [simulation.duration=12]\n"
+    )
+    page = tmp_path / "page.md"
+    words = ["bench", tmp_path / "mine.yaml", "--out", tmp_path, "--quiet"]
+    words += ["--relative", "--workers", 1, "--markdown", page]
+    code, _, _ = hunav(*words)
+    assert code == 0
+    text = page.read_text()
+    assert " --relative --markdown " in text
+    assert "## Responsibility" in text
+    assert "| pursuit | 0 | 0." in text
