@@ -11,6 +11,7 @@ from hunav_drake.report.plots.branches import (
     plot_delays,
 )
 from hunav_drake.report.plots.style import COLUMN
+from hunav_drake.report.summary import branches_summary
 from hunav_drake.report.tables import (
     Cell,
     MetricRows,
@@ -61,6 +62,7 @@ def WriteBranchesPage(
             f" {branches.until:g} s",
             f"people compared with: {branches.reference}",
         ],
+        summary=branches_summary(branches),
         replay=None,
         left_out={},
         duplicates=[],

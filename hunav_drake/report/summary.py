@@ -25,6 +25,7 @@ from hunav_drake.runs.statistics import (
 )
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.scene.overlays.reactions import reactions
+from hunav_drake.trial.branches.run import Branches
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import unit_text
 from hunav_drake.trial.result import TrialResult
@@ -140,6 +141,64 @@ def trial_summary(
         f"{third}, and {reacting} of {n} {'person' if n == 1 else 'people'}"
         f" reacted to {its}.",
     ]
+
+
+def branches_summary(branches: Branches) -> list[str]:
+    """Returns three sentences on branches: delays, whose, and the robot."""
+    names = [it for it in branches.futures if it != branches.reference]
+    table = branches.people
+    late = table[(table["quantity"] == "time") & table["difference"].notna()]
+    late = late[late["branch"].isin(names)]
+    robots = {
+        it: branches[it]
+        for it, future in branches.futures.items()
+        if future.robots
+    }
+    arrive = [
+        f"after {it.end_time:.2f} s in {name}"
+        for name, it in robots.items()
+        if it.end_reason == GOAL
+    ]
+    others = [it for it, end in robots.items() if end.end_reason != GOAL]
+    third = ""
+    if arrive:
+        third = f"The robot reaches its goal {listed(arrive)}"
+        third += f", and not in {listed(others)}." if others else "."
+    elif others:
+        third = "The robot reaches its goal in no branch."
+    if late.empty:
+        first = (
+            "Nobody arrives both in a branch and in the one that it is compared"
+            " with, so no delay is known."
+        )
+        return [
+            first if branches.human_names else "There are no people.",
+            third,
+        ]
+    sums = late.groupby("branch", sort=False)["difference"].agg(["sum", "size"])
+    sums = sums.reindex(names).dropna()
+    parts = [
+        f"{_signed(row['sum'])} in {name} ({row['size']:.0f} arrive in both)"
+        for name, row in sums.iterrows()
+    ]
+    worst = late.loc[late["difference"].idxmax()]
+    second = "Nobody arrives later in any branch."
+    if round(worst["difference"], 2) > 0:
+        second = (
+            f"The largest delay is that of {worst['person']} in"
+            f" {worst['branch']}: {_signed(worst['difference'])}."
+        )
+    return [
+        f"Compared with {branches.reference}, the extra time of all people"
+        f" together is {listed(parts)}.",
+        second,
+        third,
+    ]
+
+
+def _signed(seconds: float) -> str:
+    # (Adding 0 takes away the sign of what rounds to 0.)
+    return f"{round(seconds, 2) + 0.0:+.2f} s"
 
 
 def _first_of(runs: pd.DataFrame, bases: Sequence[str]) -> str:

@@ -88,6 +88,7 @@ def WriteValidationPage(
             "1 model" if len(models) == 1 else f"{len(models)} models",
             f"{provenance['form']} form",
         ],
+        summary=_summary(outcomes),
         preface=PREFACE,
         replay=None,
         left_out={},
@@ -108,6 +109,28 @@ def WriteValidationPage(
         ],
         provenance=provenance_table(provenance),
     )
+
+
+def _summary(outcomes: Sequence[Outcome]) -> list[str]:
+    """Returns sentences on which models pass, and which cases none does."""
+    judged: dict[str, list[bool]] = {}
+    models: dict[str, list[bool]] = {}
+    for it in outcomes:
+        if it.verdict != "not applicable":
+            judged.setdefault(it.case, []).append(it.verdict == "passes")
+            models.setdefault(it.model, []).append(it.verdict == "passes")
+    if not models:
+        return ["No case applies."]
+    passed = [
+        f"{model} {sum(own)} of {len(own)}" for model, own in models.items()
+    ]
+    every = sum(map(all, judged.values()))
+    none = [case for case, own in judged.items() if not any(own)]
+    return [
+        f"Cases passed: {', '.join(passed)}.",
+        f"All of these models pass {every} of {len(judged)} cases.",
+        f"None passes {', '.join(none)}." if none else "",
+    ]
 
 
 def _draw(plot: ValidationPlot, measured: Any, ax: "Axes") -> object:

@@ -36,6 +36,16 @@ def test_branch_writes_all_files(hunav, tmp_path):
     assert page.count("<svg") == 2
     for name in names:
         assert name in page
+    # The summary has the sums and the largest of the table.
+    late = table[(table["quantity"] == "time") & (table["censored"] == 0)]
+    late = late[late["branch"] != "robot gone"]
+    for name, own in late.groupby("branch"):
+        delays = own["difference"]
+        told = f"{delays.sum():+.2f} s in {name} ({len(delays)} arrive"
+        assert told in page
+    worst = late.loc[late["difference"].idxmax()]
+    told = f"that of {worst['person']} in {worst['branch']}:"
+    assert f"{told} {worst['difference']:+.2f} s." in page
 
 
 def test_branch_goes_on_from_a_file(hunav, tmp_path):

@@ -14,7 +14,7 @@ from hunav_drake.validation.case import VERDICTS, Outcome, Setting, judge
 from hunav_drake.validation.cases import CASES
 from hunav_drake.validation.diagrams import fundamental_diagram
 from hunav_drake.validation.measures import weidmann
-from hunav_drake.validation.page import _overview, _section
+from hunav_drake.validation.page import _overview, _section, _summary
 
 PAGE = (Path(__file__).parents[3] / "docs/validation.md").read_text()
 
@@ -114,3 +114,22 @@ def test_the_speed_at_each_density_counts(place, off):
     assert fundamental_diagram.accepts(numbers)
     difference[place] = off
     assert not fundamental_diagram.accepts(numbers)
+
+
+def test_the_summary_counts_what_applies():
+    outcomes = [
+        Outcome(case, model, verdict)
+        for case, verdicts in {
+            "own_times": ("passes", "passes"),
+            "corner_effect": ("fails", "fails"),
+            "kept_speed": ("passes", "fails"),
+            "elsewhere": ("not applicable", "not applicable"),
+        }.items()
+        for model, verdict in zip(("a", "b"), verdicts, strict=True)
+    ]
+    assert _summary(outcomes) == [
+        "Cases passed: a 2 of 3, b 1 of 3.",
+        "All of these models pass 1 of 3 cases.",
+        "None passes corner_effect.",
+    ]
+    assert _summary(outcomes[-2:]) == ["No case applies."]
