@@ -107,8 +107,8 @@ def test_two_straight_lines_by_hand():
 def test_who_does_not_arrive_does_not_count():
     with_ = future((0, 1, 0.5, 0), (0, 0, 0.1, 0))
     alone = future((0, 1, 0.8, 0), (0, 0, 1.0, 0))
-    metric = PAIRED_METRICS["crowd_relative_time"].function
-    assert math.isnan(metric(with_, alone))
+    for name in ("crowd_relative_time", "aggregated_time"):
+        assert math.isnan(PAIRED_METRICS[name].function(with_, alone)), name
     nowhere = dataclasses.replace(with_, robot_goal=None)
     metric = PAIRED_METRICS["relative_time_to_goal"].function
     assert math.isnan(metric(nowhere, alone))

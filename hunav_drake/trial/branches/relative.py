@@ -268,9 +268,13 @@ def _mean(values: Array, nobody: float) -> float:
 
 @register_paired_metric("aggregated_time", "s", "lower", _FRANCIS, "robot")
 def aggregated_time(with_: Future, without: Future) -> float:
-    """The sum of the extra times of the neighbours until they arrive."""
-    extra = with_.arrivals - without.arrivals
-    return float(np.nansum(extra[neighbours(with_)]))
+    """The sum of the extra times of the neighbours until they arrive.
+
+    Those who do not arrive in both do not count; NaN if nobody does.
+    """
+    extra = (with_.arrivals - without.arrivals)[neighbours(with_)]
+    unknown = extra.size > 0 and np.isnan(extra).all()
+    return math.nan if unknown else float(np.nansum(extra))
 
 
 def _robot(row: int, is_ratio: bool, with_: Future, without: Future) -> float:
