@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 import functools
 import os
 from pathlib import Path
+import re
 
 from hunav_drake.systems.behavior.language.blackboard import GIVEN
 from hunav_drake.systems.behavior.language.tree_ports import (
@@ -25,6 +26,12 @@ from hunav_drake.systems.behavior.nodes.registry import (
 from hunav_drake.systems.common.suggest import shown
 
 MAX_FILES = 100
+
+# The files of HuNavSim's own trees, which other trees include. They are among
+# those of this package, under other names.
+_OF_HUNAVSIM = re.compile(
+    r"BT(Regular|Impassive|Surprised|Scared|Curious|Threatening)Nav\.xml"
+)
 
 _ROOT_ATTRIBUTES = ("BTCPP_format", "main_tree_to_execute", "project_name")
 
@@ -224,7 +231,14 @@ def _included_path(
     text = element.attributes["path"]
     try:
         own = (folder / text).resolve() if folder else None
-        shared = [(it / text).resolve() for it in documents.libraries]
+        names = [text]
+        if (named := _OF_HUNAVSIM.fullmatch(text)) is not None:
+            names.append(f"{named[1].lower()}.xml")
+        shared = [
+            (folder / name).resolve()
+            for folder in documents.libraries
+            for name in names
+        ]
     except (OSError, ValueError, RuntimeError) as error:
         raise fault(f"{shown(text)} is no path: {error}") from error
     # (Their own files include each other in the same way.)

@@ -5,6 +5,7 @@ import pytest
 from hunav_drake.systems.behavior import (
     BehaviorTreeError,
     LoadTree,
+    ParseTree,
     register_action,
     register_condition,
 )
@@ -118,3 +119,29 @@ def test_bad_registration_is_a_value_error(name, register):
     node, function, memory, words = REGISTRATIONS[name]
     with pytest.raises(ValueError, match=words):
         register(node, memory=memory)(function)
+
+
+MINE = """<root BTCPP_format="4" main_tree_to_execute="Mine">
+<include path="BT{}Nav.xml"/>
+<BehaviorTree ID="Mine"><SubTree ID="{}NavTree"/></BehaviorTree></root>"""
+
+
+@pytest.mark.parametrize("name", ["Regular", "Surprised", "Threatening"])
+def test_trees_of_hunavsim_are_included_by_its_names(name, tmp_path):
+    """Its files include them, and seldom have them beside themselves."""
+    text = MINE.format(name, name)
+    path = tmp_path / "mine.xml"
+    path.write_text(text)
+    ours = ParseTree(text.replace(f"BT{name}Nav", name.lower()))
+    for tree in (ParseTree(text), LoadTree(path)):
+        assert [it.name for it in tree.nodes] == [it.name for it in ours.nodes]
+
+
+def test_a_tree_of_hunavsim_beside_the_file_is_taken(tmp_path):
+    (tmp_path / "mine.xml").write_text(MINE.format("Regular", "Regular"))
+    (tmp_path / "BTRegularNav.xml").write_text(
+        '<root><BehaviorTree ID="RegularNavTree"><AlwaysFailure/>'
+        "</BehaviorTree></root>"
+    )
+    tree = LoadTree(tmp_path / "mine.xml")
+    assert tree.nodes[-1].type.name == "AlwaysFailure"
