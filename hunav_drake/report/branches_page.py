@@ -18,6 +18,7 @@ from hunav_drake.report.tables import (
     Table,
     number,
     provenance_table,
+    signed,
 )
 from hunav_drake.trial.branches.future import QUANTITIES
 from hunav_drake.trial.branches.run import SAME, Branches
@@ -77,7 +78,7 @@ def WriteBranchesPage(
 def _totals(branches: Branches) -> Table:
     rows: list[list[Cell]] = []
     for name, row in branches.totals.iterrows():
-        sums = [_signed(row[it], unit) for it, unit in QUANTITIES.items()]
+        sums = [signed(row[it], unit) for it, unit in QUANTITIES.items()]
         rows.append([str(name), *sums, f"{row['people']:.0f}"])
     head = ["branch", *_HEADS.values(), "people"]
     return Table(head, {"": rows}, numbers=range(1, len(head)))
@@ -94,7 +95,7 @@ def _people(branches: Branches) -> list[Table]:
         for person, part in own.groupby("person", sort=False):
             by = part.set_index("branch")
             cells: list[Cell] = [
-                _signed(by.loc[it, "difference"], unit) for it in names
+                signed(by.loc[it, "difference"], unit) for it in names
             ]
             base = number(by.loc[branches.reference, "value"], unit)
             rows.append([str(person), base, *cells])
@@ -143,8 +144,3 @@ def _figures(branches: Branches) -> list[Any]:
         )
         figures.append(delays)
     return figures
-
-
-def _signed(value: float, unit: str) -> str:
-    text = number(float(value), unit)
-    return f"+{text}" if value > 0 else text

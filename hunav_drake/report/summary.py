@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from hunav_drake.report.tables import number
+from hunav_drake.report.tables import number, signed
 from hunav_drake.runs.comparison.captions import listed
 from hunav_drake.runs.independent_runs import (
     comparable,
@@ -39,6 +39,9 @@ _WORDS = {
     "min_dist_to_people": "least distance to people",
     "personal_space_intrusions": "time in personal spaces",
 }
+
+# A shorter delay is none, in seconds.
+_LEAST_DELAY = 0.005
 
 # More planners than these are told by the first and the last.
 _MOST_PLANNERS = 8
@@ -176,17 +179,19 @@ def branches_summary(branches: Branches) -> list[str]:
             third,
         ]
     sums = late.groupby("branch", sort=False)["difference"].agg(["sum", "size"])
-    sums = sums.reindex(names).dropna()
+    sums = sums.reindex(names).dropna().round(3)
     parts = [
-        f"{_signed(row['sum'])} in {name} ({row['size']:.0f} arrive in both)"
+        f"{signed(row['sum'], 's')} s in {name} ({row['size']:.0f} arrive in"
+        " both)"
         for name, row in sums.iterrows()
     ]
     worst = late.loc[late["difference"].idxmax()]
+    most = signed(round(worst["difference"], 3), "s")
     second = "Nobody arrives later in any branch."
-    if round(worst["difference"], 2) > 0:
+    if worst["difference"] > _LEAST_DELAY:
         second = (
             f"The largest delay is that of {worst['person']} in"
-            f" {worst['branch']}: {_signed(worst['difference'])}."
+            f" {worst['branch']}: {most} s."
         )
     return [
         f"Compared with {branches.reference}, the extra time of all people"
@@ -194,11 +199,6 @@ def branches_summary(branches: Branches) -> list[str]:
         second,
         third,
     ]
-
-
-def _signed(seconds: float) -> str:
-    # (Adding 0 takes away the sign of what rounds to 0.)
-    return f"{round(seconds, 2) + 0.0:+.2f} s"
 
 
 def _first_of(runs: pd.DataFrame, bases: Sequence[str]) -> str:

@@ -160,3 +160,9 @@ def number(value: float, unit: str = "", *, scale: float = 0.0) -> str:
         mantissa += f"\N{MULTIPLICATION SIGN}10{raised}"
     mantissa = mantissa.replace("inf", "\N{INFINITY}")
     return mantissa.replace("-", "\N{MINUS SIGN}")
+
+
+def signed(value: float, unit: str = "") -> str:
+    """Returns the text of a difference, with its sign: see `number`."""
+    text = number(float(value), unit)
+    return f"+{text}" if value > 0 else text

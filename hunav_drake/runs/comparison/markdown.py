@@ -133,8 +133,8 @@ def _responsibility(runs: pd.DataFrame) -> list[str]:
             " fast as the person. The worst encounter is that with the smallest"
             " gap from surface to surface, negative for overlaps.",
             "",
-            _row(["planner", "contacts charged", "worst encounter", "see it"]),
-            _row(["---", "---:", "---", "---"]),
+            _row(["planner", "contacts charged, in all", "worst encounter"]),
+            _row(["---", "---:", "---"]),
         ]
         for planner in planners:
             part = runs[runs["planner"] == planner]
@@ -142,16 +142,11 @@ def _responsibility(runs: pd.DataFrame) -> list[str]:
             if least.isna().all():
                 continue
             at = part.loc[least.idxmin()]
-            words = f"hunav run {at['scenario']} --planner {planner}"
+            place = [it for it in (at["scenario"], at["setting"]) if it]
+            where = ", ".join([*place, f"seed {at['seed']}"])
+            count = f"{part[contacts].sum().sum():.0f}"
             lines.append(
-                _row(
-                    [
-                        planner,
-                        f"{part[contacts].sum().sum():.0f}",
-                        f"{least.min():.3f} m in {at['scenario']}",
-                        f"`{words} --seed {at['seed']} --out DIR`",
-                    ]
-                )
+                _row([planner, count, f"{least.min():.3f} m in {where}"])
             )
     return ["", "## Responsibility", "", *lines] if lines else []
 

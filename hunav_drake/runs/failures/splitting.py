@@ -411,9 +411,8 @@ class _Trials:
                 raise RuntimeError(
                     f"seed {seed} has no result: {row.end_message}"
                 )
-            levels = [
-                it for key, it in row.metrics.items() if key.startswith(_LEVEL)
-            ]
+            count = sum(it.startswith(_LEVEL) for it in row.metrics)
+            levels = [row.metrics[f"{_LEVEL}{k}"] for k in range(count)]
             paths.append(
                 _Path(seed, redraws, np.array(levels), failing_of(row))
             )

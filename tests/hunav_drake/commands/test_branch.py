@@ -9,6 +9,7 @@ from hunav_drake import (
     MakeTrialSimulator,
     SaveContext,
 )
+from hunav_drake.report.tables import signed
 
 
 @pytest.mark.slow
@@ -41,11 +42,11 @@ def test_branch_writes_all_files(hunav, tmp_path):
     late = late[late["branch"] != "robot gone"]
     for name, own in late.groupby("branch"):
         delays = own["difference"]
-        told = f"{delays.sum():+.2f} s in {name} ({len(delays)} arrive"
-        assert told in page
+        told = signed(round(delays.sum(), 3), "s")
+        assert f"{told} s in {name} ({len(delays)} arrive in both)" in page
     worst = late.loc[late["difference"].idxmax()]
     told = f"that of {worst['person']} in {worst['branch']}:"
-    assert f"{told} {worst['difference']:+.2f} s." in page
+    assert f"{told} {signed(round(worst['difference'], 3), 's')} s." in page
 
 
 def test_branch_goes_on_from_a_file(hunav, tmp_path):

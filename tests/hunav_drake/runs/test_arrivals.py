@@ -244,9 +244,8 @@ def test_the_page_of_markdown_tells_what_planners_cost_people():
     assert "| aggregated time (s) | a | b |" in page
     assert "| hall | 1.50 | 0.00 |" in page
     assert "| door |  | 3.50 |" in page
-    see = "`hunav run hall --planner {} --seed 1 --out DIR`"
-    assert f"| a | 5 | -0.020 m in hall | {see.format('a')} |" in page
-    assert "| b | 0 | 0.200 m in door | `hunav run door" in page
+    assert "| a | 5 | -0.020 m in hall, seed 1 |" in page
+    assert "| b | 0 | 0.200 m in door, seed 0 |" in page
     plain = make_result({("hall", "a"): runs_of([10.0])})
     assert "Responsibility" not in to_markdown(plain, "hunav bench x")
 
