@@ -296,6 +296,8 @@ def _splitting(scenario: "Scenario", options: argparse.Namespace) -> int:
             "This is a search: check it by plain Monte Carlo (without"
             " --splitting) before you report it."
         )
+    elif found.failures.num_failures:
+        print("Failures were found only in a repeat that was not finished.")
     else:
         print("No failure was found, which does not tell how rare it is.")
     if not found.complete:

@@ -99,7 +99,7 @@ def compiling_ahead(scenario: Scenario) -> Iterator[None]:
     # (Ctrl-C ends the block, and so the processes.)
     start = functools.partial(
         subprocess.Popen,
-        [sys.executable, "-m", __name__, *kernels_of(scenario)],
+        [sys.executable, "-P", "-m", __name__, *kernels_of(scenario)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

@@ -128,7 +128,7 @@ def _summary(outcomes: Sequence[Outcome]) -> list[str]:
     none = [case for case, own in judged.items() if not any(own)]
     return [
         f"Cases passed: {', '.join(passed)}.",
-        f"All of these models pass {every} of {len(judged)} cases.",
+        f"All models to which a case applies pass {every} of {len(judged)}.",
         f"None passes {', '.join(none)}." if none else "",
     ]
 

@@ -181,11 +181,9 @@ class FilmOverlays:
             if "names" in self._shown and not crowd:
                 stands = math.hypot(row[VX], row[VY]) < STANDING_SPEED
                 activity = activity_text(words[i], stands)
-                text = tag_text(
-                    human.name,
-                    human.behavior_name,
-                    "reacts" if reacts[i] else activity,
-                )
+                if reacts[i] and not words[i]:
+                    activity = "reacts"
+                text = tag_text(human.name, human.behavior_name, activity)
                 colors = REACTING if signs[i] else CALM
                 yield _Board(place, TAG_Z + lift, text, colors, i)
             if "speech" in self._shown and says[i]:

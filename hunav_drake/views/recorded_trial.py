@@ -28,6 +28,7 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.robot import DifferentialDriveConfig
 from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.scene.overlays.reactions import is_calm
 from hunav_drake.systems.scene.overlays.tags import calm_activities
 from hunav_drake.systems.scene.scene_config import SceneConfig
 from hunav_drake.systems.world.shapes import Polygon, Polyline, Wall, World
@@ -68,9 +69,7 @@ class RecordedTrial:
         reacts: Mask = self._Modes(time) == REACTIVE
         if status is not None:
             reacts |= np.asarray(status[self._Last(time)] != 0)
-        calm = [bool(it) for it in self.Activities(time)]
-        reacts &= ~np.array(calm, dtype=np.bool_)
-        return reacts
+        return reacts & ~is_calm(self.Signals(time))
 
     def Activities(self, time: float) -> list[str]:
         """Returns what each person does at a time, in a word, if anything."""

@@ -296,9 +296,9 @@ def _values(runs: pd.DataFrame, metric: str) -> Array:
     # (Of several robots, each has a rate of its own; all must arrive for what
     # is about all of them.)
     own = metric.removesuffix(base_name(metric)) + RATES[0]
-    every = [it for it in runs if base_name(str(it)) == RATES[0]]
-    is_own = own in runs and base_name(metric) == TIMES[0]
-    rates = [own] if is_own else every
+    each = [it for it in runs if str(it).endswith(f".{RATES[0]}")]
+    is_own = base_name(metric) == TIMES[0] or not each
+    rates = ([own] if own in runs else []) if is_own else each
     once = once_per_seed(runs, [], list(dict.fromkeys([metric, *rates])))
     values: Array = once[metric].to_numpy(dtype=float)
     if base_name(metric) in TIMES and rates:

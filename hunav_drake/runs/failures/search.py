@@ -146,7 +146,7 @@ def Falsify(
         search = _SEARCHES[method](len(space.space), seed, budget)
         points, values = _run_search(search, try_all)
         worst = int(np.argmin(values))
-        if polish and tried[worst].is_valid:
+        if polish and math.isfinite(values[worst]):
             ranges = [
                 i
                 for i, it in enumerate(space.space.values())
@@ -230,7 +230,11 @@ def _try(
     failings = _run_scenes(runs, scenarios, space.robustness, budget)
     valid = [it is not None for it in scenarios]
     tried += map(_Tried, values, valid, failings)
-    return [it.robustness for it in failings]
+    # (Without a trial there is no time, and the robustness is no number that
+    # was found.)
+    return [
+        math.inf if math.isnan(it.time) else it.robustness for it in failings
+    ]
 
 
 def _run_scenes(
@@ -287,7 +291,7 @@ def _cma(size: int, seed: int, budget: int) -> _Search:
             "the method 'cma' needs cma: pip install 'hunav_drake[falsify]', or"
             " take the method 'random'"
         ) from error
-    left, restart = budget, 0
+    left, restart, farthest = budget, 0, NO_FAILURE
     while left:
         draws = stream(seed, restart, Purpose.SEARCH)
         # (It does not search in one dimension: a second one has no effect.)
@@ -313,6 +317,10 @@ def _cma(size: int, seed: int, budget: int) -> _Search:
             left -= len(values)
             if not left:
                 return
+            # What is no trial is as far from a failure as the farthest one.
+            known = [it for it in values if math.isfinite(it)]
+            farthest = max([farthest, *known])
+            values = [it if math.isfinite(it) else farthest for it in values]
             strategy.tell(points, values)
             if strategy.stop() or max(values) < 0:
                 break
@@ -337,8 +345,9 @@ def _descend(
         values = np.array((yield around))
         left -= len(values)
         slope = np.zeros(len(point))
-        valid = values < NO_FAILURE
-        slope[ranges] = np.where(valid, (values - value) / differences, 0.0)
+        valid = np.isfinite(values)
+        change = np.where(valid, values - value, 0.0)
+        slope[ranges] = change / differences
         length = float(np.linalg.norm(slope))
         if not length:
             return

@@ -32,11 +32,7 @@ from hunav_drake.systems.common.random_streams import (
     stream,
 )
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.evaluation.robustness import (
-    NO_FAILURE,
-    Failing,
-    robustness_of,
-)
+from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 
 # The part of the paths that ends in each round.
 _SHARE = 0.1
@@ -44,6 +40,9 @@ _SHARE = 0.1
 # How far a gap is predicted, in steps of how long, in seconds; and how much
 # larger the later ones count, in m/s.
 _AHEAD, _EVERY, _GROWS = 6.0, 0.25, 0.2
+
+# The level of a trial that has come near to nothing.
+_FAR = 1e9
 
 _LEVEL = "level_"
 
@@ -57,7 +56,7 @@ def split[P](
     fails: Callable[[P], bool],
     fork: Callable[[list[tuple[P, int]]], list[P]],
     draws: np.random.Generator,
-) -> tuple[float, list[P]]:
+) -> float:
     """Estimates the probability that a random path fails.
 
     Adaptive multilevel splitting: in each round, the tenth of the paths that is
@@ -76,8 +75,7 @@ def split[P](
         draws: Draws which paths are forked.
 
     Returns:
-        The probability, and the failed paths of the last round; 0 and none if
-        all paths came equally near.
+        The probability; 0 if all paths came equally near.
     """
     paths = list(paths)
     probability = 1.0
@@ -89,14 +87,13 @@ def split[P](
         alive = np.flatnonzero(ends < limit)
         ended = np.flatnonzero(ends >= limit)
         if not len(alive):
-            return 0.0, []
+            return 0.0
         probability *= len(alive) / len(paths)
         chosen = [paths[i] for i in draws.choice(alive, len(ended))]
         asked = [(it, int(np.argmax(levels_of(it) < limit))) for it in chosen]
         for i, path in zip(ended, fork(asked), strict=True):
             paths[i] = path
-    failed = [it for it in paths if fails(it)]
-    return probability * len(failed) / len(paths), failed
+    return probability * sum(map(fails, paths)) / len(paths)
 
 
 @dataclass(frozen=True)
@@ -181,8 +178,8 @@ def SplitFailureProbability(
 
     Raises:
         ScenarioError: If the scenario is invalid, or nobody decides at random.
-        ValueError: If an argument is out of its range, or the folder has other
-            runs.
+        ValueError: If an argument is out of its range, the folder has other
+            runs, or the robustness is known only at the end of a trial.
         RuntimeError: If a run has an error.
         OSError: If the folder cannot be written, or is in use.
     """
@@ -211,14 +208,13 @@ def SplitFailureProbability(
         "seed": seed,
     }
     estimates: list[float] = []
-    failed: list[_Path] = []
     with SceneRuns(about, **options) as runs:
         trials = _Trials(
             runs, scenario, robustness, budget, particles * repeats
         )
         try:
             for repeat in range(repeats):
-                probability, paths = split(
+                probability = split(
                     trials.start(
                         range(particles * repeat, particles * (repeat + 1))
                     ),
@@ -228,10 +224,9 @@ def SplitFailureProbability(
                     stream(seed, repeat, Purpose.SEARCH),
                 )
                 estimates.append(probability)
-                failed += paths
         except _SpentError:
             pass
-    failures = trials.failures(failed)
+    failures = trials.failures()
     if out := options.get("out"):
         write_failures(failures, Path(out))
     return SplitEstimate(
@@ -292,11 +287,11 @@ def levels_at(
     nearest = margins.reshape(len(margins), -1)
     if margins.ndim == 2:
         nearest = np.hstack([nearest, predicted_gaps(recording)])
-    nearest = nearest.min(axis=1, initial=NO_FAILURE)
+    nearest = nearest.min(axis=1, initial=_FAR)
     so_far = np.minimum.accumulate(nearest)
     decisions = np.arange(math.floor(end / period + 1e-6) + 1) * period
     last = np.searchsorted(recording.times, decisions + 1e-9) - 1
-    levels: Array = np.where(last < 0, NO_FAILURE, so_far[np.maximum(last, 0)])
+    levels: Array = np.where(last < 0, _FAR, so_far[np.maximum(last, 0)])
     return np.append(levels, so_far[-1])
 
 
@@ -338,7 +333,14 @@ class _Trials:
     def start(self, seeds: range) -> list[_Path]:
         """Returns paths that are the trial with some seeds."""
         (rows,) = self._run([(self._cell(self._scenario), [*seeds])])
-        return self._paths([(seed, ()) for seed in seeds], rows)
+        paths = self._paths([(seed, ()) for seed in seeds], rows)
+        if all((it.levels[:-2] == _FAR).all() for it in paths):
+            raise ValueError(
+                f"robustness {self._robustness!r} is known only at the end of a"
+                " trial, so there is nothing to split; estimate it by plain"
+                " Monte Carlo"
+            )
+        return paths
 
     def fork(self, asked: list[tuple[_Path, int]]) -> list[_Path]:
         """Returns paths that decide anew from a decision on."""
@@ -364,23 +366,28 @@ class _Trials:
             simulation=replace(base.simulation, seed=seed),
         )
 
-    def failures(self, failed: Sequence[_Path]) -> Failures:
-        """Returns all runs, and the worst failing path of each kind."""
-        numbers = {it[:2]: k for k, it in enumerate(self.tried)}
-        kinds: dict[str, list[_Path]] = {}
-        for path in sorted(failed, key=lambda it: it.failing.robustness):
-            kinds.setdefault(kind_of_failure(path.failing), []).append(path)
+    def failures(self) -> Failures:
+        """Returns all runs, and the worst failing one of each kind."""
+        kinds: dict[str, list[tuple[int, _Path]]] = {}
+        order = sorted(
+            enumerate(self.tried), key=lambda it: it[1].failing.robustness
+        )
+        for k, path in order:
+            if path.failing.robustness < 0:
+                kind = kind_of_failure(path.failing)
+                kinds.setdefault(kind, []).append((k, path))
         return Failures(
             robustness=self._robustness,
             scenes=[
                 Scene(
-                    self.scene(*paths[0][:2]),
-                    paths[0].failing,
+                    self.scene(path.seed, path.redraws),
+                    path.failing,
                     kind,
-                    numbers[paths[0][:2]],
-                    len(paths),
+                    k,
+                    len(own),
                 )
-                for kind, paths in kinds.items()
+                for kind, own in kinds.items()
+                for k, path in own[:1]
             ],
             runs=[
                 ({"seed": it.seed, "redraws": list(it.redraws)}, it.failing)

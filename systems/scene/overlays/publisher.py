@@ -52,6 +52,7 @@ from hunav_drake.systems.scene.overlays.costmaps import (
     RecordCostmap,
     ShowCostmap,
 )
+from hunav_drake.systems.scene.overlays.reactions import is_calm
 from hunav_drake.systems.scene.overlays.tags import (
     ROBOT_TAG_Z,
     activity_text,
@@ -343,11 +344,15 @@ class OverlayPublisher(LeafSystem):
             mode = self._replay.Eval(context)[::REPLAY_SIZE]
             reacts |= mode == REACTIVE
         stands = np.hypot(humans[:, VX], humans[:, VY]) < STANDING_SPEED
-        words = calm_activities(self._EvalSignals(context), n)
+        signals = self._EvalSignals(context)
+        words = calm_activities(signals, n)
+        if signals is not None:
+            reacts &= ~is_calm(signals.reshape(n, -1))
         for i, name in enumerate(board.names):
-            reacts[i] &= not words[i]
             word = activity_text(words[i], bool(stands[i]))
-            activity = board.activities.index("reacts" if reacts[i] else word)
+            if reacts[i] and not words[i]:
+                word = "reacts"
+            activity = board.activities.index(word)
             for k in range(len(board.activities)):
                 tag = board.Tag(name, k)
                 meshcat.SetProperty(tag, "visible", k == activity, time)

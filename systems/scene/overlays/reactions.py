@@ -32,11 +32,21 @@ def reactions(
             yield i, begin, end
 
 
-def who_reacts(status: NDArray[Any], signals: Array | None) -> Mask:
-    """Returns who reacts to a robot: shape (N + 1, n).
+def is_calm(signals: Array) -> Mask:
+    """Returns whether what people do is no reaction to a robot, by row.
 
-    What people do with places and each other, such as to sit, queue or talk, is
-    no reaction, although it has a status, too.
+    So it is with what they do with places and each other, such as to sit, queue
+    or talk, although it has a status, too.
+
+    Args:
+        signals: Shape (..., 22), rows of `layout.Signal`.
+    """
+    calm: Mask = np.isin(signals[..., Signal.ACTIVITY], _CALM)
+    return calm
+
+
+def who_reacts(status: NDArray[Any], signals: Array | None) -> Mask:
+    """Returns who reacts to a robot: shape (N + 1, n); see `is_calm`.
 
     Args:
         status: The status of behaviors, shape (N + 1, n).
@@ -44,8 +54,7 @@ def who_reacts(status: NDArray[Any], signals: Array | None) -> Mask:
     """
     reacts: Mask = status != 0
     if signals is not None:
-        rows = signals.reshape(*status.shape, -1)
-        reacts &= ~np.isin(rows[..., Signal.ACTIVITY], _CALM)
+        reacts &= ~is_calm(signals)
         # (What people do is shown from the second sample on.)
         reacts[:1] &= reacts[1:2] if len(reacts) > 1 else False
     return reacts

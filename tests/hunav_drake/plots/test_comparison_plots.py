@@ -85,6 +85,12 @@ def test_a_fleet_of_which_a_robot_never_arrives_is_late():
     runs["east.completed"] = [1.0, 1.0, 0.0, 0.0]
     drawn = lines_of(plot_distribution(runs, "makespan"))
     assert drawn["a (n = 4)"][-1, 1] == pytest.approx(50)
+    # A single robot has no makespan, whether it arrives or not.
+    alone = runs_of(a=[5.0, np.nan]).assign(scenario="elsewhere")
+    both = pd.concat([runs, alone], ignore_index=True)
+    drawn = lines_of(plot_distribution(both, "makespan"))
+    assert drawn["a, hall (n = 4)"][-1, 1] == pytest.approx(50)
+    assert "a, elsewhere (n = 0)" in drawn
 
 
 def test_nothing_and_one_value_have_a_distribution():

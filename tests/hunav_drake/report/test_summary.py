@@ -8,9 +8,11 @@ from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.report.summary import main_metrics, runs_summary, trial_summary
 from hunav_drake.report.trial_page import trial_content
 from hunav_drake.report.writing import WriteReport
+from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.systems.evaluation.encounters import find_encounters
 from hunav_drake.views.events import events_of
+from hunav_drake.views.recorded_trial import LoadRecordedTrial
 from tests.hunav_drake.passing_trials import make_recording, make_result
 
 NAN = float("nan")
@@ -299,7 +301,7 @@ TREE = """<root BTCPP_format="4" main_tree_to_execute="Mine">
 <Fallback>{}<SubTree ID="RegularNavTree"/></Fallback></BehaviorTree></root>"""
 
 
-def test_who_accompanies_a_robot_reacts_to_it():
+def test_who_accompanies_a_robot_reacts_to_it(tmp_path):
     """It is an activity, with a word on tags, as talking is."""
     scenario = LoadScenario("passing", overrides=["simulation.duration=5.0"])
     for human in scenario.humans:
@@ -310,3 +312,7 @@ def test_who_accompanies_a_robot_reacts_to_it():
     assert {*times} == {"5.00"}
     kinds = [kind for _, _, kind, *_ in events_of(result.recording)]
     assert kinds.count("reaction") == 2
+    # Films and replays say the same, and what they do.
+    trial = LoadRecordedTrial(WriteResult(result, tmp_path))
+    assert trial.Reacts(2.0).all()
+    assert trial.Activities(2.0) == ["accompanies"] * 2

@@ -129,7 +129,7 @@ def test_the_summary_counts_what_applies():
     ]
     assert _summary(outcomes) == [
         "Cases passed: a 2 of 3, b 1 of 3.",
-        "All of these models pass 1 of 3 cases.",
+        "All models to which a case applies pass 1 of 3.",
         "None passes corner_effect.",
     ]
     assert _summary(outcomes[-2:]) == ["No case applies."]

@@ -25,7 +25,7 @@ from hunav_drake import (
 from hunav_drake.runs.failures.found import kind_of_failure, write_failures
 from hunav_drake.runs.failures.minimal import Shrinking, shrink
 from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
-from hunav_drake.runs.failures.search import _descend, _run_search
+from hunav_drake.runs.failures.search import _SEARCHES, _descend, _run_search
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
 from tests.processes import dask_client
@@ -187,8 +187,38 @@ def test_a_descent_finds_the_lowest_point_of_a_bowl():
 def test_a_descent_ends_where_it_is_level():
     descent = _descend(np.array([0.5, 0.5]), 1.0, [0, 1], 60)
     # (One of them is no valid scene.)
-    tried, _ = _run_search(descent, lambda _: [1.0, 9.0])
+    tried, _ = _run_search(descent, lambda _: [1.0, math.inf])
     assert len(tried) == 2
+
+
+def test_scenes_that_cannot_be_run_are_never_the_nearest(tmp_path):
+    """Also where all others are farther from a failure than their 9."""
+    scene = SCENE.replace("duration: 12.0", "duration: 40.0")
+    space = write_space(
+        tmp_path,
+        "scenario: scene.yaml\nrobustness: timeout\n"
+        "space:\n  humans.luis.pose[0]: [-3, 4]\n"
+        "  humans.luis.pose[1]: [0, 4]\n"
+        "require: {start_gap: 3.0}\n",
+        scene,
+    )
+    found = Falsify(space, method="random", budget=4, polish=5)
+    valid = [it.robustness > 9.0 for _, it in found.runs]
+    # Some of the first are no scenes, and yet a descent begins.
+    assert not all(valid[:4])
+    assert any(valid[:4])
+    assert len(valid) > 4
+
+
+def test_generations_keep_away_from_what_is_no_scene():
+    """Also where all scenes are farther from a failure than their 9."""
+
+    def values(asked):
+        return [math.inf if it[0] > 0.5 else 20 + it[0] for it in asked]
+
+    tried, _ = _run_search(_SEARCHES["cma"](2, 0, 140), values)
+    assert len(tried) == 140
+    assert np.mean([it[0] > 0.5 for it in tried[-50:]]) < 0.1
 
 
 @pytest.mark.slow
