@@ -14,7 +14,7 @@ from hunav_drake.systems.common.schema import CONFIG, within
 
 Hair = Literal["short", "long", "bun", "none"]
 Held = Literal["nothing", "cup", "telephone"]
-Luggage = Literal["nothing", "backpack", "bag"]
+Luggage = Literal["nothing", "backpack", "bag", "basket"]
 
 # The height of an adult figure and of its neck, in meters. Heads differ less
 # than bodies, and the width of children less than their height: they are these
@@ -66,7 +66,8 @@ class FigureConfig:
     behavior "distracted", a telephone."""
 
     carries: Luggage = "nothing"
-    """What the person carries: a backpack, or a bag over the shoulder."""
+    """What the person carries: a backpack, a bag over the shoulder, or a
+    shopping basket in the left hand."""
 
     wheelchair: StrictBool = False
     """Whether the person is in a wheelchair."""

@@ -38,10 +38,11 @@ def with_furniture(places: Sequence[Place], world: World) -> list[Place]:
     """Returns places, and those that the furniture of a world brings.
 
     Chairs, benches and sofas are seats, a chair at a desk is a workplace, beds
-    are beds, counters have a queue, and shelves are shelves. Each has the name
-    of its piece of furniture, by default "chair_1", "chair_2", ... in order, as
-    have those with a name that another one has before, or that is a number.
-    What nobody can reach, between walls, is none.
+    are beds, counters and tills have a queue, shelves are shelves, and pictures
+    are screens, which people look at. Each has the name of its piece of
+    furniture, by default "chair_1", "chair_2", ... in order, as have those with
+    a name that another one has before, or that is a number. What nobody can
+    reach, between walls, is none.
 
     Args:
         places: Other places; what has one of their names is left out.
@@ -141,7 +142,7 @@ def _place(
     return Place(
         name=name,
         type="workplace" if it.use == "seat" and works else kind,
-        pose=slots[0],
+        pose=_in_world(it, (0.0, 0.0, 0.0)) if kind == "screen" else slots[0],
         slots=slots,
         approaches=approaches if sits else [],
     )

@@ -26,6 +26,7 @@ from hunav_drake.systems.scene.meshes import disc
 from hunav_drake.systems.scene.palette import (
     BACKPACK,
     BAG,
+    BASKET,
     BODY_DISC,
     CUP,
     EYES,
@@ -189,7 +190,7 @@ def AddHumanBody(
         parts[f"{figure.hair or 'short'}_hair"] = clothes.hair
     for part, color in parts.items():
         AddPart(head, part, color, X_BH, [*head_size, large])
-    if figure.carries != "nothing":
+    if figure.carries in ("backpack", "bag"):
         color = BACKPACK if figure.carries == "backpack" else BAG
         AddPart(trunk, figure.carries, color)
 
@@ -219,12 +220,17 @@ def AddHumanBody(
         elif not lively:
             AddPart(arm, "sleeve", clothes.top)
             AddPart(arm, "hand", clothes.skin)
+            if side == "left" and figure.carries == "basket":
+                X_AE = RigidTransform([0.0, 0.0, _ELBOW_Z * tall])
+                AddPart(arm, "basket", BASKET, X_AE)
         if lively:
             elbow = [0, 0, _ELBOW_Z]
             forearm, bend = AddTurning(
                 f"{side}_forearm", arm, f"{side}_elbow", elbow, [0, -1, 0]
             )
             further.append(bend)
+            if side == "left" and figure.carries == "basket":
+                AddPart(forearm, "basket", BASKET)
             if not is_held:
                 AddPart(arm, "upper_arm", clothes.top)
                 AddPart(forearm, "forearm", clothes.top)

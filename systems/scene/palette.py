@@ -105,6 +105,7 @@ _SHOES = Rgba(0.10, 0.10, 0.11)
 CUP = Rgba(0.93, 0.92, 0.89)
 BAG = Rgba(0.36, 0.25, 0.17)
 BACKPACK = Rgba(0.20, 0.23, 0.22)
+BASKET = Rgba(0.76, 0.16, 0.13)
 WHEELCHAIR, WHEELS = Rgba(0.19, 0.21, 0.25), Rgba(0.45, 0.47, 0.49)
 
 FLOOR = (Rgba(0.83, 0.82, 0.79), Rgba(0.77, 0.76, 0.73))
@@ -125,6 +126,13 @@ MATERIALS = {
     "card": Rgba(0.76, 0.66, 0.52),
     "pot": Rgba(0.60, 0.46, 0.38),
     "leaf": Rgba(0.42, 0.54, 0.38),
+    # Of signs, pictures and goods.
+    "navy": Rgba(0.10, 0.18, 0.38),
+    "blue": Rgba(0.16, 0.34, 0.62),
+    "light blue": Rgba(0.60, 0.77, 0.90),
+    "green": Rgba(0.33, 0.58, 0.30),
+    "yellow": Rgba(0.95, 0.80, 0.25),
+    "red": Rgba(0.78, 0.22, 0.18),
 }
 BODY_DISC = Rgba(0.1, 0.1, 0.12, 0.18)
 

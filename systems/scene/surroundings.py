@@ -23,6 +23,7 @@ from hunav_drake.systems.common.models.reading import AddModelFile
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.scene.bounds import Bounds, Robots, by_name, figure_of
 from hunav_drake.systems.scene.gazebo_visuals import AddGazeboVisuals
+from hunav_drake.systems.scene.lettering import lettering_mesh
 from hunav_drake.systems.scene.meshes import (
     TriangleMesh,
     disc,
@@ -42,7 +43,7 @@ from hunav_drake.systems.scene.palette import (
 )
 from hunav_drake.systems.scene.visuals import AddVisual
 from hunav_drake.systems.world.shapes import World
-from hunav_drake.systems.world.solids import Prism
+from hunav_drake.systems.world.solids import Lettering, Prism
 
 # The depth of the slab below the tiles, enough not to shine through, and its
 # thickness, in meters.
@@ -116,10 +117,11 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
     """Adds all objects of a world to the world body.
 
     Walls are "wall_0", "wall_1", ...; furniture is "furniture_0_wood", ..., one
-    part per material. Viewers see objects higher than a door cut at
-    `CUT_HEIGHT`, with a dark section, to look into rooms; cameras see them
-    whole, unless `ShowCut` is called. Models from files have their own
-    appearance.
+    part per material, and "furniture_0_text_0", ... for what is written on it.
+    Viewers see objects higher than a door cut at `CUT_HEIGHT`, walls with a
+    dark section, to look into rooms; cameras see them whole, unless `ShowCut`
+    is called. What hangs, such as signs, is never cut. Models from files have
+    their own appearance.
     """
     fixtures = list(world.fixtures())
     cut_walls = any(
@@ -139,11 +141,24 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
         among_walls = cut_walls and kind == "furniture"
         limit = _COUNTER if among_walls else _HIGHEST
         high = _height(fixture.solids) > limit
-        add = _AddCutPrisms if high else _AddPrisms
+        hangs = all(p.low > 0.0 for it in parts.values() for p in it)
         for material, prisms in parts.items():
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
-            add(plant, name, prisms, MATERIALS.get(material, WALL))
+            color = MATERIALS.get(material, WALL)
+            if high and not hangs:
+                # (Of things on a shelf, one sees what they are.)
+                section = color if kind == "furniture" else WALL_CUT
+                _AddCutPrisms(plant, name, prisms, color, section)
+            else:
+                _AddPrisms(plant, name, prisms, color)
+        texts = [it for it in fixture.solids if isinstance(it, Lettering)]
+        for k, text in enumerate(texts):
+            mesh = lettering_mesh(text)
+            color = MATERIALS.get(text.material, WALL)
+            if len(mesh.faces):
+                at = plant.world_body()
+                AddVisual(plant, at, f"{stem}_text_{k}", mesh, color)
     for i, model in enumerate(world.models):
         if is_gazebo_file(model.file):
             sizes = {"highest": _HIGHEST, "cut": CUT_HEIGHT}
@@ -167,7 +182,11 @@ def _AddPrisms(
 
 
 def _AddCutPrisms(
-    plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
+    plant: MultibodyPlant,
+    name: str,
+    prisms: Sequence[Prism],
+    color: Rgba,
+    section: Rgba,
 ) -> None:
     """Adds prisms as one geometry for cameras, and cut for viewers."""
     add = partial(AddVisual, plant, plant.world_body())
@@ -182,7 +201,7 @@ def _AddCutPrisms(
     if cut:
         add(name, join(cut), color, perceived=False)
     if lid:
-        add(name + _SECTION, join(lid), WALL_CUT, perceived=False)
+        add(name + _SECTION, join(lid), section, perceived=False)
     add(name + _WHOLE, join(list(full.values())), color, shown=False)
 
 

@@ -202,7 +202,12 @@ class World:
                 for i, it in enumerate(self.walls)
             ),
             *(
-                Fixture(("furniture", i), it.footprints(), True, it.solids())
+                Fixture(
+                    ("furniture", i),
+                    it.footprints(),
+                    True,
+                    [*it.solids(), *it.letters()],
+                )
                 for i, it in enumerate(self.furniture)
             ),
             *_map_fixtures(self.map),

@@ -73,6 +73,31 @@ class Prism:
         return [self.outline] if self.low <= height < self.high else []
 
 
+@dataclass(frozen=True)
+class Lettering:
+    """Text on an upright surface; nothing bumps into it.
+
+    Attributes:
+        text: Its lines.
+        pose: Where its middle is, and where it faces: (x, y, yaw) in W, in
+            meters and radians.
+        middle: The height of its middle, in meters.
+        size: The largest width and height of the text, in meters.
+        material: Its material, which gives it its color.
+    """
+
+    text: str
+    pose: tuple[float, float, float]
+    middle: float
+    size: tuple[float, float]
+    material: str = "white"
+    closed: bool = False
+
+    def cuts(self, height: float) -> list[Array]:
+        """Returns no outlines."""
+        return []
+
+
 @dataclass(frozen=True, eq=False)
 class Hull:
     """The convex hull of points (k, 3) in W, in meters."""

@@ -257,7 +257,7 @@ def _shipped(name: str) -> Scenario:
 
 @cache
 def _seated(name: str) -> frozenset[int]:
-    """Returns who starts on a seat, where only those who use it may start."""
+    """Returns who starts on a seat: only those who use it on foot may."""
     scenario = _shipped(name)
     places = [it.pose[:2] for it in scenario.humans]
     if not places:
@@ -288,7 +288,8 @@ def overrides(row: Row) -> list[str]:
             ]
         elif path.startswith("humans."):
             key = path.removeprefix("humans.")
-            kept = _seated(row["scenario"]) if key == "behavior" else ()
+            is_kept = key in ("behavior", "figure.wheelchair")
+            kept = _seated(row["scenario"]) if is_kept else ()
             result += [
                 f"humans[{i}].{key}={level}"
                 for i in range(len(_shipped(row["scenario"]).humans))

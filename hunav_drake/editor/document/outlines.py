@@ -128,7 +128,9 @@ def _furniture(data: Any) -> list[Outline]:
     except ValidationError:
         return []
     kind, height = name_of(part), part.height
-    result = [_outline(points, kind, height) for points in part.footprints()]
+    # (What hangs, and nobody walks around, is drawn, too.)
+    outlines = part.footprints() or [it.outline for it in part.solids()[:1]]
+    result = [_outline(points, kind, height) for points in outlines]
     for first in result[:1]:
         first["pieces"] = _from_above(part)
     return result

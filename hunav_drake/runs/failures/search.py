@@ -348,7 +348,7 @@ def _descend(
         valid = np.isfinite(values)
         change = np.where(valid, values - value, 0.0)
         slope[ranges] = change / differences
-        length = float(np.linalg.norm(slope))
+        length = math.hypot(*slope)
         if not length:
             return
         while left and step > _LAST_STEP:

@@ -158,9 +158,28 @@ def make_people() -> dict[str, TriangleMesh]:
         "cup": loft(_CUP, sides=12),
         "backpack": join([loft(_PACK, power=4), *map(loft, _PACK_STRAPS)]),
         "bag": join([loft(_BAG, power=4), *map(loft, _BAG_STRAPS)]),
+        "basket": _basket(),
         "wheelchair": frame,
         "wheels": wheels,
     }
+
+
+def _basket() -> TriangleMesh:
+    """Returns a shopping basket in the hand below the elbow."""
+    low, high, grip, y = -0.56, -0.38, -0.31, 0.07
+    x, half, thick = 0.20, 0.125, 0.012
+    walls = [
+        extrude(_block(-x, x, half, y), low, low + thick),
+        extrude(_block(-x, thick - x, half, y), low, high),
+        extrude(_block(x - thick, x, half, y), low, high),
+    ]
+    for side in (-1, 1):
+        edge = y + side * (half - thick / 2)
+        walls.append(extrude(_block(-x, x, thick / 2, edge), low, high))
+        bow = _block(-thick, thick, thick / 2, edge)
+        walls.append(extrude(bow, high, grip))
+    handle = extrude(_block(-thick, thick, half, y), grip - thick, grip)
+    return join([*walls, handle])
 
 
 def _wheelchair() -> tuple[TriangleMesh, TriangleMesh]:

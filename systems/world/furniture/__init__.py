@@ -5,6 +5,7 @@ from hunav_drake.systems.world.furniture.base import (
     Furniture,
     register_furniture,
 )
+from hunav_drake.systems.world.furniture.hung import Picture, Sign
 from hunav_drake.systems.world.furniture.kinds import (
     Bed,
     Bench,
@@ -18,6 +19,7 @@ from hunav_drake.systems.world.furniture.kinds import (
     Shelf,
     Sofa,
     Table,
+    Till,
 )
 
 __all__ = [
@@ -30,10 +32,13 @@ __all__ = [
     "DoorFrame",
     "Furniture",
     "Pallet",
+    "Picture",
     "Pillar",
     "Plant",
     "Shelf",
+    "Sign",
     "Sofa",
     "Table",
+    "Till",
     "register_furniture",
 ]

@@ -20,7 +20,7 @@ from hunav_drake.systems.common.schema import (
     as_tuple,
     within,
 )
-from hunav_drake.systems.world.solids import Prism, rectangle, turned
+from hunav_drake.systems.world.solids import Lettering, Prism, rectangle, turned
 
 Extent = Annotated[StrictFloat, within(0.02, 100, "m")]
 Extents = Annotated[
@@ -103,6 +103,10 @@ class Furniture(ABC):
             if np.ptp(inner, axis=0).min() > 0 and low < high:
                 result.append(Prism(turned(inner, pose), low, high, material))
         return result
+
+    def letters(self) -> Sequence[Lettering]:
+        """Returns the texts on it, in W."""
+        return []
 
 
 FURNITURE = Registry("kind of furniture", Furniture)

@@ -240,6 +240,41 @@ class Counter(Furniture):
         ]
 
 
+@register_furniture("till")
+@dataclass(kw_only=True, config=CONFIG)
+class Till(Counter):
+    """A till: a counter with a belt, and a register with a screen."""
+
+    height: Height = 0.95
+
+    def pieces(self) -> Sequence[Piece]:
+        """Returns the counter, its belt, and the register."""
+        (x, y), h = np.array(self.size) / 2, self.height
+        return [
+            *super().pieces(),
+            block(
+                (-0.5 * x, -0.95 * y, 0.9 * x, 0.2 * y), (h, h + 0.02), "dark"
+            ),
+            *(
+                block((-0.2 * x, b * y, 0.6 * x, (b + 0.2) * y), (h, h + z), it)
+                for b, z, it in (
+                    (-0.85, 0.16, "red"),
+                    (-0.55, 0.24, "card"),
+                    (-0.25, 0.12, "yellow"),
+                )
+            ),
+            block(
+                (-0.6 * x, 0.4 * y, 0.4 * x, 0.9 * y), (h, h + 0.12), "metal"
+            ),
+            block((-0.2 * x, 0.6 * y, 0.0, 0.7 * y), (h, h + 0.3), "dark"),
+            block(
+                (-0.1 * x, 0.35 * y, 0.1 * x, 0.95 * y),
+                (h + 0.2, h + 0.42),
+                "dark",
+            ),
+        ]
+
+
 @register_furniture("shelf")
 @dataclass(kw_only=True, config=CONFIG)
 class Shelf(Furniture):

@@ -2,8 +2,9 @@ import subprocess
 import sys
 
 import numpy as np
-from pydrake.geometry import GeometrySet, Mesh, Role
+from pydrake.geometry import GeometrySet, Mesh, Role, SceneGraph
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
@@ -17,6 +18,8 @@ from hunav_drake.systems.robot import (
     UrdfRobot,
 )
 from hunav_drake.systems.scene import AddScene, SceneKinematics, scene_bounds
+from hunav_drake.systems.scene.human_body import AddHumanBody
+from hunav_drake.systems.scene.palette import clothes
 from hunav_drake.systems.scene.scene import frame_period
 from hunav_drake.systems.scene.surroundings import ShowCut
 from hunav_drake.systems.world.furniture import (
@@ -24,6 +27,7 @@ from hunav_drake.systems.world.furniture import (
     Chair,
     DoorFrame,
     Shelf,
+    Sign,
 )
 from hunav_drake.systems.world.shapes import Box, Polygon, Polyline, World
 from tests.systems.robot.crate import FOOTPRINT, STAGES, write_model
@@ -367,7 +371,7 @@ def test_cameras_may_see_high_walls_cut():
 @pytest.mark.parametrize("kind", sorted(FURNITURE))
 @pytest.mark.parametrize("height", [0.02, 1.0, 2.3, 10.0])
 def test_furniture_of_any_height_is_drawn(kind, height):
-    """Whole for cameras; cut for viewers, if it is high."""
+    """Whole for cameras; cut for viewers, if it is high and stands."""
     place = {"center": (0.0, 0.0), "height": height}
     furniture = FURNITURE.make({"type": kind, **place})
     dut = AddScene(DiagramBuilder(), World(furniture=[furniture]))
@@ -376,9 +380,51 @@ def test_furniture_of_any_height_is_drawn(kind, height):
     top = max(solid.high for solid in furniture.solids())
     assert max(perceived.values()) == pytest.approx(top)
     shown = tops(inspector, Role.kIllustration)
-    assert max(shown.values()) < (1.2 if top > 2.2 else 2.21)
+    if min(solid.low for solid in furniture.solids()) > 0:
+        assert shown == perceived
+    else:
+        assert max(shown.values()) < (1.2 if top > 2.2 else 2.21)
     ShowCut(dut.plant, dut.scene_graph)
     assert tops(inspector, Role.kPerception) == shown
+
+
+def test_viewers_and_cameras_read_a_sign_over_walls_that_are_cut():
+    sign = Sign(center=(0.0, 2.0), text="Exit", size=(0.1, 1.2))
+    wall = Box(center=(0.0, 0.0), size=(4.0, 0.2))
+    dut = AddScene(DiagramBuilder(), World(walls=[wall], furniture=[sign]))
+    inspector = dut.scene_graph.model_inspector()
+    for role in (Role.kIllustration, Role.kPerception):
+        heights = tops(inspector, role)
+        texts = [it for it in heights if "_text_" in it]
+        assert texts == ["furniture_0_text_0", "furniture_0_text_1"]
+        assert heights["furniture_0_navy"] == pytest.approx(2.6)
+        assert 2.2 < heights["furniture_0_text_0"] < 2.6
+
+
+@pytest.mark.parametrize("lively", [False, True])
+def test_a_basket_is_in_the_left_hand(lively):
+    figure = FigureConfig(carries="basket", height=1.6)
+    plant = MultibodyPlant(0.0)
+    graph = SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(graph)
+    options = {"clothes": clothes(0), "figure": figure, "lively": lively}
+    AddHumanBody(plant, "ana", radius=0.3, **options)
+    plant.Finalize()
+    inspector = graph.model_inspector()
+    body = plant.GetBodyByName("left_forearm" if lively else "left_arm")
+    points = {}
+    for it in plant.GetVisualGeometriesForBody(body):
+        shape = inspector.GetShape(it)
+        vertices = (mesh_vertices(shape) * shape.scale3()).T
+        name = inspector.GetName(it).split("::")[-1]
+        points[name] = inspector.GetPoseInFrame(it) @ vertices
+    hand = points["moving_hand" if lively else "hand"].mean(axis=1)
+    basket = points["basket"]
+    # It hangs by its grip, and to the left, so that the leg has room.
+    grip = basket[:, basket[2] > basket[2].max() - 0.005].mean(axis=1)
+    assert abs(grip[2] - hand[2]) < 0.08
+    assert 0.15 < np.ptp(basket[2]) < 0.35
+    assert basket.mean(axis=1)[1] > hand[1] + 0.03
 
 
 def test_the_floor_reaches_under_everything():

@@ -15,7 +15,7 @@ from hunav_drake.systems.world.furniture import (
 )
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import EYE_HEIGHT, Box, Polyline, World
-from hunav_drake.systems.world.solids import Hull
+from hunav_drake.systems.world.solids import Hull, rectangle
 
 KINDS = sorted(FURNITURE)
 
@@ -41,9 +41,8 @@ def test_whatever_its_size_it_is_within_its_footprint_and_height(
     kind, x, y, height
 ):
     thing = make(kind, size=(x, y), height=height)
-    footprint = shapely.union_all(
-        [shapely.Polygon(it) for it in thing.footprints()]
-    )
+    outlines = thing.footprints() or [rectangle(-x / 2, -y / 2, x / 2, y / 2)]
+    footprint = shapely.union_all([shapely.Polygon(it) for it in outlines])
     assert footprint.is_valid
     around = footprint.convex_hull.buffer(0.06 * max(x, y))
     for prism in thing.solids():
@@ -97,13 +96,43 @@ def test_one_walks_and_sees_through_a_door():
     assert area(world.obstacles_at(2.05)) == pytest.approx(0.2 * 1.1)
 
 
+@pytest.mark.parametrize("kind", ["sign", "picture"])
+def test_one_walks_under_what_hangs_high_enough(kind):
+    for low, in_the_way in ((1.8, 0), (1.79, 1)):
+        thing = make(kind, height=low + 0.5, tall=0.5, size=(0.1, 2.0))
+        assert thing.low == pytest.approx(low)
+        world = World(furniture=[thing])
+        assert len(world.obstacles()) == in_the_way
+        # A lidar sees it where it is, and nothing below.
+        assert len(world.obstacles_at(low - 0.01)) == 0
+        assert len(world.obstacles_at(low + 0.01)) > 0
+
+
+def test_a_board_taller_than_high_stands_on_the_floor():
+    sign = make("sign", height=1.0, tall=3.0, text="Open")
+    assert sign.low == 0.0
+    assert [it.middle for it in sign.letters()] == [0.5, 0.5]
+    assert len(World(furniture=[sign]).obstacles()) == 1
+
+
+def test_a_sign_is_read_from_both_sides():
+    sign = make("sign", center=[2.0, 1.0], yaw=math.pi / 2, text="Exit")
+    front, back = sign.letters()
+    assert front.pose == pytest.approx((2.0, 1.03, math.pi / 2))
+    assert back.pose == pytest.approx((2.0, 0.97, 1.5 * math.pi))
+    assert front.size[0] < sign.size[1]
+    assert front.size[1] < sign.tall
+    assert not make("sign", text=" \n").letters()
+    assert front in World(furniture=[sign]).fixtures()[0].solids
+
+
 def test_what_is_higher_than_the_eyes_hides():
     hiding = {
         kind
         for kind in KINDS
         if len(World(furniture=[make(kind)]).sight_obstacles())
     }
-    assert hiding == {"door_frame", "pillar", "shelf"}
+    assert hiding == {"door_frame", "picture", "pillar", "shelf"}
     loaded = World(furniture=[Pallet(center=(0, 0), load=1.6)])
     assert area(loaded.sight_obstacles()) > 0.2
     assert not len(World(furniture=[Plant(center=(0, 0))]).sight_obstacles())
