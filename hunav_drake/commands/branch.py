@@ -66,6 +66,11 @@ def add_branch_options(branch: argparse.ArgumentParser) -> None:
         help="the branch with which people are compared, by its name in the"
         " table (default: robot gone)",
     )
+    branch.add_argument(
+        "--growth",
+        action="store_true",
+        help="tell, too, how small differences grow: by moving the robot 1 um",
+    )
 
 
 def add_who_options(who: argparse.ArgumentParser) -> None:
@@ -170,6 +175,7 @@ def _branch(options: argparse.Namespace) -> int:
             branches=branches,
             reference=options.reference,
             goal=options.goal,
+            growth=options.growth,
         )
     written = []
     if options.out is not None:
@@ -276,6 +282,7 @@ def _keep(made: "Branches", scenario: "Scenario", out: Path) -> list[str]:
 
 
 def _print(made: "Branches") -> None:
+    from hunav_drake.report.summary import growth_text
     from hunav_drake.trial.result import how_it_ended
 
     times = made.people[made.people["quantity"] == "time"]
@@ -292,6 +299,8 @@ def _print(made: "Branches") -> None:
     for name, future in made.futures.items():
         if future.robots:
             print(f"  {name}: {how_it_ended(made[name])}")
+    if told := growth_text(made.growth):
+        print(f"\n{told}")
 
 
 def _text(table: Any) -> str:

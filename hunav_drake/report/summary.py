@@ -25,7 +25,7 @@ from hunav_drake.runs.statistics import (
 )
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.scene.overlays.reactions import reactions
-from hunav_drake.trial.branches.run import Branches
+from hunav_drake.trial.branches.run import MOST_GROWTH, Branches
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import unit_text
 from hunav_drake.trial.result import TrialResult
@@ -147,7 +147,7 @@ def trial_summary(
 
 
 def branches_summary(branches: Branches) -> list[str]:
-    """Returns three sentences on branches: delays, whose, and the robot."""
+    """Returns sentences on branches: delays, whose, and the robot."""
     names = [it for it in branches.futures if it != branches.reference]
     table = branches.people
     late = table[(table["quantity"] == "time") & table["difference"].notna()]
@@ -169,6 +169,7 @@ def branches_summary(branches: Branches) -> list[str]:
         third += f", and not in {listed(others)}." if others else "."
     elif others:
         third = "The robot reaches its goal in no branch."
+    third = " ".join(filter(None, [third, growth_text(branches.growth)]))
     if late.empty:
         first = (
             "Nobody arrives both in a branch and in the one that it is compared"
@@ -199,6 +200,20 @@ def branches_summary(branches: Branches) -> list[str]:
         second,
         third,
     ]
+
+
+def growth_text(growth: float) -> str:
+    """Returns how small differences grow in branches; "" if not known."""
+    if math.isnan(growth):
+        return ""
+    told = f"{number(float(f'{growth:.2g}'))} um later, at most"
+    if growth < MOST_GROWTH:
+        return f"A robot that is 1 um aside moves people by {told}."
+    return (
+        f"Small differences grow: a robot that is 1 um aside moves people by"
+        f" {told}. So differences between branches may be chance: vary the"
+        " start a little."
+    )
 
 
 def _first_of(runs: pd.DataFrame, bases: Sequence[str]) -> str:

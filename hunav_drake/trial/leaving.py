@@ -113,19 +113,38 @@ def StopRobot(diagram: Diagram, context: Context, robot: str = "") -> None:
     _PlaceRobot(diagram, context, robot, port.Eval(context)[:3])
 
 
+def ShiftRobot(
+    diagram: Diagram, context: Context, offset: ArrayLike, robot: str = ""
+) -> None:
+    """Moves a robot by (x, y) in W, in meters, at its speed.
+
+    Raises:
+        ValueError: If there is no such robot, or it is physical, or one of your
+            own without a method `Shift`.
+    """
+    _Move(diagram, context, robot, "Shift", offset)
+
+
 def _PlaceRobot(
     diagram: Diagram, context: Context, robot: str, pose: ArrayLike
 ) -> None:
+    _Move(diagram, context, robot, "SetPose", pose)
+
+
+def _Move(
+    diagram: Diagram, context: Context, robot: str, how: str, to: ArrayLike
+) -> None:
+    """Calls a method of a robot's system."""
     _, part = robot_part(diagram.scenario, robot)
     system = diagram.GetSubsystemByName(f"{part.prefix}robot")
-    if not hasattr(system, "SetPose"):
+    if not hasattr(system, how):
         raise ValueError(
             f"the {part.name or ONLY_ROBOT} cannot be moved at once: it is"
-            " physical, or its system lacks SetPose(context, pose); let it"
+            f" physical, or its system lacks {how}(context, ...); let it"
             " stand, and compare with the branch 'same' (--reference same), or"
             " take robot.type=differential_drive"
         )
-    system.SetPose(system.GetMyMutableContextFromRoot(context), pose)
+    getattr(system, how)(system.GetMyMutableContextFromRoot(context), to)
 
 
 def SetRobotCommand(

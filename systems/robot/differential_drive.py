@@ -137,6 +137,12 @@ class DifferentialDrive(LeafSystem):
         )
         context.SetDiscreteState(self._lost, np.zeros(2))
 
+    def Shift(self, context: Context, offset: ArrayLike) -> None:
+        """Moves the robot by (x, y) in W, in meters; it drives on."""
+        state = context.get_discrete_state(self._state).CopyToVector()
+        state[:2] += np.asarray(offset, dtype=float)
+        context.SetDiscreteState(self._state, state)
+
     def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state(self._state).value()
         x, y, yaw, v, omega = state.tolist()

@@ -25,6 +25,7 @@ from hunav_drake import (
     WithPlanner,
     WithSettings,
 )
+from hunav_drake.report.summary import branches_summary
 from hunav_drake.systems.common.layout import OUTSIDE, VX, X, Y
 from hunav_drake.trial.branches.kinds import Branch
 from hunav_drake.trial.branches.run import SAME, Fork
@@ -117,6 +118,11 @@ def test_a_physical_robot_goes_on_alike_and_stands():
     )
     (robot,) = made.futures["stands"].robots.values()
     assert abs(robot[-1, VX : VX + 2]).max() < 0.01
+    with pytest.raises(ValueError, match=r"physical, or .* lacks Shift"):
+        RunBranches(
+            *(scenario, diagram, context),
+            **{"until": 4.0, "branches": {}, "reference": SAME, "growth": True},
+        )
     for branch, words in (
         (RobotGone(), "physical, or its system lacks SetPose"),
         (WithoutPerson("ana"), "is physical, and needs people who are there"),
@@ -388,6 +394,39 @@ def test_the_order_of_people_does_not_matter():
         keys = ["branch", "person", "quantity"]
         tables.append(made.people.set_index(keys)["difference"].sort_index())
     np.testing.assert_allclose(tables[0], tables[1], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("y", "low", "high"), [(0.0, 1000.0, np.inf), (0.3, 0.01, 100.0)]
+)
+def test_small_differences_grow_where_anything_decides_who_passes_where(
+    y, low, high
+):
+    """Exactly head-on, 1 um decides on which side the robot passes."""
+    robot = {"start": [-4, 0, 0], "goal": [6, 0, 0]}
+    person = walker("ana", 4, y, -6, behavior="impassive")
+    scenario = stage([person], planner_override("orca"), robot=robot)
+    made = RunBranches(
+        scenario,
+        *at(scenario, 1.0),
+        until=14.0,
+        branches={},
+        reference=SAME,
+        growth=True,
+    )
+    assert low < made.growth < high
+    summary = " ".join(branches_summary(made))
+    assert ("may be chance" in summary) == (made.growth > 1000)
+    assert "1 um aside" in summary
+
+
+def test_a_robot_that_nobody_meets_moves_nobody():
+    far = {"start": [-900, 0, 0], "goal": [-890, 0, 0]}
+    scenario = stage([walker("ana", 4, 0, -6)], robot=far)
+    options = {"until": 3.0, "branches": {}}
+    fork = at(scenario, 1.0)
+    assert RunBranches(scenario, *fork, **options, growth=True).growth == 0.0
+    assert np.isnan(RunBranches(scenario, *fork, **options).growth)
 
 
 def test_other_settings_and_files(tmp_path):

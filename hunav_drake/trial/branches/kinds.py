@@ -15,6 +15,7 @@ from hunav_drake.scenario.writer import plain
 from hunav_drake.trial.leaving import (
     LeaveOut,
     SetRobotCommand,
+    ShiftRobot,
     StopRobot,
     TakeRobotAway,
     robot_part,
@@ -105,6 +106,23 @@ class RobotStands(Branch):
         SetRobotCommand(diagram, context, [0.0, 0.0], self.robot)
         if self.at_once:
             StopRobot(diagram, context, self.robot)
+
+
+@dataclass(frozen=True)
+class RobotShifted(Branch):
+    """A robot is a little aside, and drives on.
+
+    Attributes:
+        by: How far along x and along y, in meters.
+        robot: The name of the robot; by default, the first one.
+    """
+
+    by: float
+    robot: str = ""
+
+    def Apply(self, diagram: Diagram, context: Context) -> None:
+        """Moves the robot."""
+        ShiftRobot(diagram, context, [self.by, self.by], self.robot)
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,14 @@ from functools import cached_property
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake.scenario import SaveScenario
 from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.checks import is_multiple
+from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.common.suggest import did_you_mean, shown
 from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.planning.planner_error import PlannerError
@@ -21,7 +23,12 @@ from hunav_drake.trial.branches.future import (
     Future,
     RunFuture,
 )
-from hunav_drake.trial.branches.kinds import Branch, RobotGone, changed_scenario
+from hunav_drake.trial.branches.kinds import (
+    Branch,
+    RobotGone,
+    RobotShifted,
+    changed_scenario,
+)
 from hunav_drake.trial.context_file import ContextDigest
 from hunav_drake.trial.context_transfer import TransferContext
 from hunav_drake.trial.diagram import (
@@ -42,6 +49,10 @@ else:
 # The branch in which nothing changes, and the default reference.
 SAME, GONE = "same", "robot gone"
 
+# By how much a robot is moved to see how small differences grow, in meters, and
+# the growth from which on what differs may be chance.
+_SHIFT, MOST_GROWTH = 1e-6, 1000.0
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Branches:
@@ -56,6 +67,9 @@ class Branches:
         reference: The name of the branch that others are compared with.
         human_names: The names of the people.
         futures: The branches by name, at all steps.
+        growth: How many times a tiny difference in the robot's place grows
+            among people until the end; NaN if it was not asked for. From 1000
+            on, differences between branches may be chance.
     """
 
     start: float
@@ -63,6 +77,7 @@ class Branches:
     reference: str
     human_names: tuple[str, ...]
     futures: Mapping[str, Future]
+    growth: float = math.nan
 
     def __getitem__(self, name: str) -> TrialResult:
         """Returns the result of a branch.
@@ -301,6 +316,7 @@ def RunBranches(
     branches: Mapping[str, Branch],
     reference: str = GONE,
     goal: int = 0,
+    growth: bool = False,
 ) -> Branches:
     """Runs branches of a trial from one instant, and compares them.
 
@@ -325,6 +341,9 @@ def RunBranches(
             one without the robot need not be given.
         goal: Which goal of each person counts as the arrival: 0 for the one at
             the instant, 1 for the next, ...
+        growth: Whether to find how small differences grow, in one branch more:
+            the first robot is 1 um aside, along x and y. In symmetric
+            encounters they do, as anything decides who passes on which side.
 
     Raises:
         PlannerError: If a planner fails; it names the branch.
@@ -347,7 +366,8 @@ def RunBranches(
     fork = Fork(
         scenario, diagram, context, until=until, goal=goal, may_leave=may_leave
     )
-    for name, branch in chosen.items():
+    shifted = {"growth": RobotShifted(_SHIFT)} if growth else {}
+    for name, branch in {**chosen, **shifted}.items():
         try:
             fork.Prepare(branch)
         except ValueError as error:
@@ -374,10 +394,22 @@ def RunBranches(
                 from_context_sha256=digest,
             )
         futures[name] = future
+    grown = [fork.Run(it, whole=False) for it in shifted.values()]
     return Branches(
         start=fork.start,
         until=until,
         reference=reference,
         human_names=fork.names,
         futures=futures,
+        growth=max(
+            (_apart(it, futures[SAME]) / _SHIFT for it in grown),
+            default=math.nan,
+        ),
     )
+
+
+def _apart(future: Future, other: Future) -> float:
+    """Returns how far people of two futures are apart, at most, in meters."""
+    apart = future.humans[..., : Y + 1] - other.humans[..., : Y + 1]
+    away = np.hypot(apart[..., X], apart[..., Y])
+    return float(np.nanmax(away, initial=0.0))

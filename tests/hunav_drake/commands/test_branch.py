@@ -1,5 +1,7 @@
 """The commands `hunav branch` and `hunav who`."""
 
+import re
+
 import pandas as pd
 import pytest
 
@@ -62,6 +64,19 @@ def test_branch_goes_on_from_a_file(hunav, tmp_path):
     assert outs[0] == outs[1]
     assert outs[0][0] == 0
     assert "robot stands" in outs[0][1]
+
+
+def test_branch_tells_how_small_differences_grow(hunav):
+    command = ("branch", "passing", "--at", "2", "--until", "6")
+    outs = [hunav(*command, *more) for more in ((), ("--growth",))]
+    (first, plain, _), (second, told, _) = outs
+    assert first == second == 0
+    assert told.startswith(plain)
+    assert re.fullmatch(
+        r"\nA robot that is 1 um aside moves people by 0\.\d+ um later, at"
+        r" most\.\n",
+        told.removeprefix(plain),
+    )
 
 
 def test_who_prints_the_matrix(hunav, tmp_path):
