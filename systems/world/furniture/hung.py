@@ -9,6 +9,7 @@ from pydantic import Field, StrictStr
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.schema import CONFIG
 from hunav_drake.systems.world.furniture.base import (
     Extents,
@@ -79,6 +80,7 @@ _PATCHES: dict[Motif, list[tuple[float, float, float, float, str]]] = {
 }
 
 
+@explain
 @dataclass(kw_only=True, config=CONFIG)
 class _Board(Furniture):
     """A board whose two sides face along +x and -x."""
