@@ -210,16 +210,23 @@ class World:
                 )
                 for i, it in enumerate(self.furniture)
             ),
+            *self._files(),
+        ]
+
+    def _files(self) -> list[Fixture]:
+        """Returns what is read from files."""
+        return [
             *_map_fixtures(self.map),
             *(_model_fixture(i, it) for i, it in enumerate(self.models)),
         ]
 
     def obstacles(self) -> Obstacles:
         """Returns the footprints of everything, which one walks around."""
+        # (As of `fixtures`, without their solids, which take longer.)
         shapes = [
-            (outline, fixture.closed)
-            for fixture in self.fixtures()
-            for outline in fixture.footprints
+            *((it.vertices(), it.solid) for it in self.walls),
+            *((p, True) for it in self.furniture for p in it.footprints()),
+            *((p, it.closed) for it in self._files() for p in it.footprints),
         ]
         return _obstacles(shapes)
 
