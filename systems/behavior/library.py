@@ -93,14 +93,26 @@ def LoadTree(
         profile = "default"
     if not os.path.isfile(path):
         raise Spot(Place(name)).unknown("behavior or file", name, files)
-    documents = load_documents(
+    folders = behavior_set(profile).folders
+    # (Files of the package stay as they are.)
+    load = _load_own if name in files else _load
+    return _tree(load(path, folders, allow_outside), ports, profile)
+
+
+def _load(
+    path: Path, folders: tuple[Path, ...], allow_outside: bool
+) -> Documents:
+    """Reads a file and those that it includes."""
+    return load_documents(
         read_file(path),
         str(path),
         path.parent,
-        libraries=behavior_set(profile).folders,
+        libraries=folders,
         allow_outside=allow_outside,
     )
-    return _tree(documents, ports, profile)
+
+
+_load_own = functools.cache(_load)
 
 
 def ParseTree(
