@@ -69,7 +69,7 @@ def add_branch_options(branch: argparse.ArgumentParser) -> None:
     branch.add_argument(
         "--growth",
         action="store_true",
-        help="tell, too, how small differences grow: by moving the robot 1 um",
+        help="tell, too, how small differences grow: with the robot 1 um aside",
     )
 
 
@@ -176,6 +176,7 @@ def _branch(options: argparse.Namespace) -> int:
             reference=options.reference,
             goal=options.goal,
             growth=options.growth,
+            robot=of,
         )
     written = []
     if options.out is not None:

@@ -138,10 +138,15 @@ def _Move(
     _, part = robot_part(diagram.scenario, robot)
     system = diagram.GetSubsystemByName(f"{part.prefix}robot")
     if not hasattr(system, how):
+        instead = (
+            "do not ask for the growth of differences"
+            if how == "Shift"
+            else "let it stand, and compare with the branch 'same' (--reference"
+            " same)"
+        )
         raise ValueError(
             f"the {part.name or ONLY_ROBOT} cannot be moved at once: it is"
-            f" physical, or its system lacks {how}(context, ...); let it"
-            " stand, and compare with the branch 'same' (--reference same), or"
+            f" physical, or its system lacks {how}(context, ...); {instead}, or"
             " take robot.type=differential_drive"
         )
     getattr(system, how)(system.GetMyMutableContextFromRoot(context), to)

@@ -6,6 +6,7 @@ import itertools
 import math
 
 import numpy as np
+import shapely
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.registry import name_of
@@ -21,6 +22,9 @@ from hunav_drake.systems.world.shapes import World
 # People stand this far from the edge of a seat before they sit down, and where
 # nothing is nearer than the second distance, in meters.
 _BESIDE, _ROOM = 0.42, 0.28
+
+# How far in front of a picture one must see it from, in meters.
+_FRONT = 0.05
 
 # Sides of a seat and of a bed from which people sit down, the best one first: 0
 # is in front; in radians.
@@ -131,6 +135,8 @@ def _place(
     for spot in it.spots():
         x, y, _ = pose = _in_world(it, spot)
         ways = _ways(it, spot) if sits else [(x, y)]
+        if it.use == "screen" and not _is_seen(it, obstacles, (x, y)):
+            continue
         way = next((p for p in ways if _is_free(obstacles, p)), None)
         if way is not None:
             slots.append(pose)
@@ -180,6 +186,17 @@ def _is_free(obstacles: Obstacles, point: tuple[float, float]) -> bool:
         return False
     away = np.subtract(nearest_wall(obstacles, point), point)
     return bool(np.hypot(*away) >= _ROOM)
+
+
+def _is_seen(
+    it: Furniture, obstacles: Obstacles, point: tuple[float, float]
+) -> bool:
+    """Returns whether nothing is between a point and the front of furniture."""
+    front = _in_world(it, (it.size[0] / 2 + _FRONT, 0.0, 0.0))[:2]
+    walls = shapely.linestrings(obstacles.segments.reshape(-1, 2, 2))
+    return not shapely.intersects(
+        shapely.LineString([front, point]), walls
+    ).any()
 
 
 def _is_at(seat: Spot, desk: Spot) -> bool:

@@ -73,6 +73,11 @@ def scene_bounds(
     places = []
     if len(ends):
         places = [(ends.min(axis=0), 0.0), (ends.max(axis=0), 0.0)]
+    places += [
+        (np.array(it.center), max(it.size) / 2)
+        for it in world.furniture
+        if not it.footprints()
+    ]
     for human in humans:
         places += [(np.array(p[:2]), human.radius) for p in human.goals]
         places.append((np.array(human.pose[:2]), human.radius))

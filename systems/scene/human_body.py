@@ -56,6 +56,9 @@ _INWARDS = 0.5
 _BENT_DOWN = 0.4
 _NECK_Z = 0.6
 
+# Where a basket is on the lap, from where it hangs below an elbow, in meters.
+_ON_LAP = [0.25, -0.07, 0.66]
+
 # The height of an elbow below the shoulder, in meters, negative.
 _ELBOW_Z = -0.275
 
@@ -190,6 +193,9 @@ def AddHumanBody(
         parts[f"{figure.hair or 'short'}_hair"] = clothes.hair
     for part, color in parts.items():
         AddPart(head, part, color, X_BH, [*head_size, large])
+    in_hand = figure.carries == "basket" and not figure.wheelchair
+    if figure.carries == "basket" and not in_hand:
+        AddPart(trunk, "basket", BASKET, RigidTransform(_ON_LAP))
     if figure.carries in ("backpack", "bag"):
         color = BACKPACK if figure.carries == "backpack" else BAG
         AddPart(trunk, figure.carries, color)
@@ -220,7 +226,7 @@ def AddHumanBody(
         elif not lively:
             AddPart(arm, "sleeve", clothes.top)
             AddPart(arm, "hand", clothes.skin)
-            if side == "left" and figure.carries == "basket":
+            if side == "left" and in_hand:
                 X_AE = RigidTransform([0.0, 0.0, _ELBOW_Z * tall])
                 AddPart(arm, "basket", BASKET, X_AE)
         if lively:
@@ -229,7 +235,7 @@ def AddHumanBody(
                 f"{side}_forearm", arm, f"{side}_elbow", elbow, [0, -1, 0]
             )
             further.append(bend)
-            if side == "left" and figure.carries == "basket":
+            if side == "left" and in_hand:
                 AddPart(forearm, "basket", BASKET)
             if not is_held:
                 AddPart(arm, "upper_arm", clothes.top)

@@ -1,5 +1,6 @@
 """Texts as flat meshes, so that viewers, films and cameras can read them."""
 
+from collections.abc import Iterator
 import functools
 import math
 
@@ -10,12 +11,9 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.scene.meshes import TriangleMesh
 from hunav_drake.systems.world.solids import Lettering, turned
 
-# How far a text is in front of what it is on, in meters, and how far curves may
-# be off, in the height of a line.
-_FRONT, _ROUGH = 0.004, 0.01
-
-# Texts are drawn in this size first: to it, curves are smooth.
-_DRAWN = 100.0
+# How far a text is in front of what it is on, in meters; the height of a line,
+# in that of the font; and how far curves may be off, in hundredths of it.
+_FRONT, _LINE, _ROUGH = 0.004, 1.3, 1.0
 
 
 def lettering_mesh(letters: Lettering) -> TriangleMesh:
@@ -48,35 +46,57 @@ def lettering_mesh(letters: Lettering) -> TriangleMesh:
     )
 
 
+@functools.lru_cache(maxsize=64)
 def _outlines(text: str) -> Array:
     """Returns the outlines of a text's lines, which are centered."""
     # Imported here, as most scenes do without.
     from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import TextPath
+    from matplotlib.path import Path
+    from matplotlib.textpath import text_to_path
 
     font = FontProperties(family="DejaVu Sans", weight="bold")
-    found = []
+    found: list[shapely.Geometry] = []
     for k, line in enumerate(text.strip().split("\n")):
-        # (Matplotlib draws no path without letters.)
-        if not line.strip():
+        points, codes = text_to_path.get_text_path(font, line)
+        if not len(points):
             continue
-        # (A dollar sign is no formula.)
-        shown = line.replace("$", r"\$")
-        path = TextPath((0, 0), shown, size=_DRAWN, prop=font)
         rings = [
             shapely.Polygon(it)
-            for it in path.to_polygons(closed_only=True)
+            for it in Path(points, codes).to_polygons(closed_only=True)
             if len(it) > 3
         ]
-        if not rings:
-            continue
-        # Of an outline in another one, the inside is outside.
-        area = functools.reduce(shapely.symmetric_difference, rings)
-        area = shapely.simplify(area, _ROUGH * _DRAWN)
-        x0, _, x1, _ = area.bounds
-        found.append(
-            shapely.transform(
-                area, lambda p, x=(x0 + x1) / 2, k=k: p - [x, 1.3 * _DRAWN * k]
-            )
-        )
+        glyphs = [_filled(it) for it in _overlapping(rings)]
+        x0, _, x1, _ = shapely.total_bounds(glyphs)
+        offset = np.array([(x0 + x1) / 2, _LINE * text_to_path.FONT_SCALE * k])
+        found += [
+            shapely.transform(it, lambda p, offset=offset: p - offset)
+            for it in glyphs
+        ]
     return np.array(found)
+
+
+def _overlapping(
+    rings: list[shapely.Polygon],
+) -> Iterator[list[shapely.Polygon]]:
+    """Yields the rings of letters, those that overlap along a line together."""
+    own: list[shapely.Polygon] = []
+    end = -math.inf
+    for ring in sorted(rings, key=lambda it: it.bounds[0]):
+        if own and ring.bounds[0] > end:
+            yield own
+            own = []
+        own.append(ring)
+        end = max(end, ring.bounds[2])
+    if own:
+        yield own
+
+
+def _filled(rings: list[shapely.Polygon]) -> shapely.Geometry:
+    """Returns the area of outer rings without that of the rings of holes."""
+    area: shapely.Geometry = shapely.Polygon()
+    for ring in sorted(rings, key=lambda it: -it.area):
+        # (In fonts, outer outlines are clockwise.)
+        is_hole = ring.exterior.is_ccw
+        ring = ring.buffer(0)
+        area = area.difference(ring) if is_hole else area.union(ring)
+    return shapely.simplify(area, _ROUGH)

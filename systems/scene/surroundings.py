@@ -61,6 +61,9 @@ _MAX_TILES = 100
 # thickness, in meters; among cut walls, so is furniture higher than a counter.
 CUT_HEIGHT = 1.1
 _HIGHEST, _COUNTER = 2.2, 1.5
+
+# What is above this height everywhere hangs, in meters.
+_KNEE = 0.5
 _LID = 0.004
 _WHOLE, _SECTION = "_whole", "_cut"
 
@@ -141,7 +144,7 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
         among_walls = cut_walls and kind == "furniture"
         limit = _COUNTER if among_walls else _HIGHEST
         high = _height(fixture.solids) > limit
-        hangs = all(p.low > 0.0 for it in parts.values() for p in it)
+        hangs = all(p.low > _KNEE for it in parts.values() for p in it)
         for material, prisms in parts.items():
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"

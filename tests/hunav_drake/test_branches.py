@@ -118,7 +118,8 @@ def test_a_physical_robot_goes_on_alike_and_stands():
     )
     (robot,) = made.futures["stands"].robots.values()
     assert abs(robot[-1, VX : VX + 2]).max() < 0.01
-    with pytest.raises(ValueError, match=r"physical, or .* lacks Shift"):
+    words = r"lacks Shift\(context, ...\); do not ask for the growth"
+    with pytest.raises(ValueError, match=words):
         RunBranches(
             *(scenario, diagram, context),
             **{"until": 4.0, "branches": {}, "reference": SAME, "growth": True},
@@ -427,6 +428,27 @@ def test_a_robot_that_nobody_meets_moves_nobody():
     fork = at(scenario, 1.0)
     assert RunBranches(scenario, *fork, **options, growth=True).growth == 0.0
     assert np.isnan(RunBranches(scenario, *fork, **options).growth)
+    alone = stage([])
+    made = RunBranches(alone, *at(alone, 1.0), **options, growth=True)
+    assert np.isnan(made.growth)
+
+
+def test_differences_grow_of_the_robot_that_is_asked_for():
+    scenario = LoadScenario(filename="three_robots")
+    fork = at(scenario, 1.0)
+    grown = [
+        RunBranches(
+            scenario,
+            *fork,
+            until=5.0,
+            branches={"growth": RobotStands("east")},
+            reference=SAME,
+            growth=True,
+            robot=name,
+        ).growth
+        for name in ("west", "east")
+    ]
+    assert grown[0] < 0.01 < grown[1]
 
 
 def test_other_settings_and_files(tmp_path):

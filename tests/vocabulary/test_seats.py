@@ -404,3 +404,38 @@ def test_who_is_in_a_wheelchair_cannot_begin_on_a_seat():
     }
     with pytest.raises(ScenarioError, match=r"pose: is inside world"):
         scenario([person], [CHAIR])
+
+
+PICTURE = {"type": "picture", "center": [0.03, 0]}
+
+
+@pytest.mark.parametrize(
+    ("more", "count"),
+    [
+        ([], 5),
+        # In a corridor, those beside it are behind its walls.
+        ([(1.0, 1.2, 6, 0.1), (1.0, -1.2, 6, 0.1)], 3),
+        # Before it is a wall.
+        ([(0.5, 0.0, 0.1, 6)], 0),
+        # On the other side of the wall on which it hangs.
+        ([(-0.1, 0.0, 0.2, 9)], 5),
+    ],
+)
+def test_people_look_at_a_picture_from_where_they_see_it(more, count):
+    boxes = [
+        {"type": "box", "center": [x, y], "size": [wide, deep]}
+        for x, y, wide, deep in more
+    ]
+    data = {"world": {"furniture": [PICTURE], "walls": boxes}}
+    data["robot"] = {"start": [-90, 0, 0]}
+    loaded = LoadScenario(data=json.dumps(data), ways=False).world
+    found = with_furniture([], loaded)
+    assert len(found) == bool(count)
+    for place in found:
+        assert (place.type, place.pose) == ("screen", (0.03, 0.0, 0.0))
+        assert len(place.slots) == count
+        for x, y, yaw in place.slots:
+            assert math.hypot(x - 0.03, y) == pytest.approx(2.0)
+            # All face it.
+            away = math.atan2(-y, 0.03 - x)
+            assert math.cos(yaw - away) == pytest.approx(1.0)

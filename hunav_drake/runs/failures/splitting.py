@@ -334,7 +334,9 @@ class _Trials:
         """Returns paths that are the trial with some seeds."""
         (rows,) = self._run([(self._cell(self._scenario), [*seeds])])
         paths = self._paths([(seed, ()) for seed in seeds], rows)
-        if all((it.levels[:-2] == _FAR).all() for it in paths):
+        # (Of a single decision, the levels are those of the start and the end.)
+        known = np.concatenate([it.levels[:-2] for it in paths])
+        if len(known) and (known == _FAR).all():
             raise ValueError(
                 f"robustness {self._robustness!r} is known only at the end of a"
                 " trial, so there is nothing to split; estimate it by plain"

@@ -317,6 +317,7 @@ def RunBranches(
     reference: str = GONE,
     goal: int = 0,
     growth: bool = False,
+    robot: str = "",
 ) -> Branches:
     """Runs branches of a trial from one instant, and compares them.
 
@@ -342,8 +343,9 @@ def RunBranches(
         goal: Which goal of each person counts as the arrival: 0 for the one at
             the instant, 1 for the next, ...
         growth: Whether to find how small differences grow, in one branch more:
-            the first robot is 1 um aside, along x and y. In symmetric
-            encounters they do, as anything decides who passes on which side.
+            the robot is 1 um aside, along x and y. In symmetric encounters
+            they do, as anything decides who passes on which side.
+        robot: The name of that robot; by default, the first one.
 
     Raises:
         PlannerError: If a planner fails; it names the branch.
@@ -366,8 +368,8 @@ def RunBranches(
     fork = Fork(
         scenario, diagram, context, until=until, goal=goal, may_leave=may_leave
     )
-    shifted = {"growth": RobotShifted(_SHIFT)} if growth else {}
-    for name, branch in {**chosen, **shifted}.items():
+    shifted = [RobotShifted(_SHIFT, robot)] if growth else []
+    for name, branch in [*chosen.items(), *(("growth", it) for it in shifted)]:
         try:
             fork.Prepare(branch)
         except ValueError as error:
@@ -394,7 +396,7 @@ def RunBranches(
                 from_context_sha256=digest,
             )
         futures[name] = future
-    grown = [fork.Run(it, whole=False) for it in shifted.values()]
+    grown = [fork.Run(it, whole=False) for it in shifted]
     return Branches(
         start=fork.start,
         until=until,
@@ -412,4 +414,5 @@ def _apart(future: Future, other: Future) -> float:
     """Returns how far people of two futures are apart, at most, in meters."""
     apart = future.humans[..., : Y + 1] - other.humans[..., : Y + 1]
     away = np.hypot(apart[..., X], apart[..., Y])
-    return float(np.nanmax(away, initial=0.0))
+    known = away[~np.isnan(away)]
+    return float(known.max()) if len(known) else math.nan

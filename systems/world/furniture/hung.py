@@ -110,7 +110,8 @@ class Sign(_Board):
     height: Height = 2.6
 
     text: Annotated[StrictStr, Field(max_length=1000)] = ""
-    """What it says, in one line or several."""
+    """What it says, in one line or several, in the letters of the font DejaVu
+    Sans (Latin, Greek, Cyrillic, Arabic, ...); boxes stand for others."""
 
     def pieces(self) -> Sequence[Piece]:
         """Returns the board."""

@@ -93,6 +93,17 @@ def test_a_text_is_no_formula():
     assert money > 1.5 * alone
 
 
-def test_letters_that_show_nothing_are_no_fault():
-    mesh = lettering_mesh(replace(TEXT, text="\u2003\u2003"))
-    assert len(mesh.faces) == 0
+def test_an_island_in_a_hole_is_drawn():
+    mesh = lettering_mesh(replace(TEXT, text="\N{REGISTERED SIGN}"))
+    height = np.ptp(mesh.vertices[:, 2])
+    # The letter R within the circle.
+    near = np.hypot(mesh.vertices[:, 1], mesh.vertices[:, 2] - 2.0)
+    assert (near < 0.3 * height).any()
+    assert not covers(mesh, (-0.36 * height, 2.0))
+
+
+@pytest.mark.parametrize("blank", ["\u2003\u2003", "\u200b", "\u2800\n\u00ad"])
+def test_letters_that_show_nothing_are_no_fault(blank):
+    assert len(lettering_mesh(replace(TEXT, text=blank)).faces) == 0
+    lines = lettering_mesh(replace(TEXT, text=f"a\n{blank}\nb"))
+    assert np.ptp(lines.vertices[:, 2]) == pytest.approx(0.3)
