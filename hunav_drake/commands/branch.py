@@ -175,8 +175,7 @@ def _branch(options: argparse.Namespace) -> int:
             branches=branches,
             reference=options.reference,
             goal=options.goal,
-            growth=options.growth,
-            robot=of,
+            growth=options.growth and (of or True),
         )
     written = []
     if options.out is not None:

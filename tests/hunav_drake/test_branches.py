@@ -443,10 +443,9 @@ def test_differences_grow_of_the_robot_that_is_asked_for():
             until=5.0,
             branches={"growth": RobotStands("east")},
             reference=SAME,
-            growth=True,
-            robot=name,
+            growth=name,
         ).growth
-        for name in ("west", "east")
+        for name in (True, "east")
     ]
     assert grown[0] < 0.01 < grown[1]
 

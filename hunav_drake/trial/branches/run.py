@@ -316,8 +316,7 @@ def RunBranches(
     branches: Mapping[str, Branch],
     reference: str = GONE,
     goal: int = 0,
-    growth: bool = False,
-    robot: str = "",
+    growth: bool | str = False,
 ) -> Branches:
     """Runs branches of a trial from one instant, and compares them.
 
@@ -343,9 +342,9 @@ def RunBranches(
         goal: Which goal of each person counts as the arrival: 0 for the one at
             the instant, 1 for the next, ...
         growth: Whether to find how small differences grow, in one branch more:
-            the robot is 1 um aside, along x and y. In symmetric encounters
-            they do, as anything decides who passes on which side.
-        robot: The name of that robot; by default, the first one.
+            the first robot, or the one of this name, is 1 um aside, along x
+            and y. In symmetric encounters they do, as anything decides who
+            passes on which side.
 
     Raises:
         PlannerError: If a planner fails; it names the branch.
@@ -368,7 +367,8 @@ def RunBranches(
     fork = Fork(
         scenario, diagram, context, until=until, goal=goal, may_leave=may_leave
     )
-    shifted = [RobotShifted(_SHIFT, robot)] if growth else []
+    moved = "" if growth is True else str(growth)
+    shifted = [RobotShifted(_SHIFT, moved)] if growth else []
     for name, branch in [*chosen.items(), *(("growth", it) for it in shifted)]:
         try:
             fork.Prepare(branch)
