@@ -282,7 +282,7 @@ def _keep(made: "Branches", scenario: "Scenario", out: Path) -> list[str]:
 
 
 def _print(made: "Branches") -> None:
-    from hunav_drake.report.summary import growth_text
+    from hunav_drake.trial.branches.run import growth_text
     from hunav_drake.trial.result import how_it_ended
 
     times = made.people[made.people["quantity"] == "time"]

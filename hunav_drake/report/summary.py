@@ -25,7 +25,7 @@ from hunav_drake.runs.statistics import (
 )
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.scene.overlays.reactions import reactions
-from hunav_drake.trial.branches.run import MOST_GROWTH, Branches
+from hunav_drake.trial.branches.run import Branches, growth_text
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import unit_text
 from hunav_drake.trial.result import TrialResult
@@ -200,20 +200,6 @@ def branches_summary(branches: Branches) -> list[str]:
         second,
         third,
     ]
-
-
-def growth_text(growth: float) -> str:
-    """Returns how small differences grow in branches; "" if not known."""
-    if math.isnan(growth):
-        return ""
-    told = f"{number(float(f'{growth:.2g}'))} um later, at most"
-    if growth < MOST_GROWTH:
-        return f"A robot that is 1 um aside moves people by {told}."
-    return (
-        f"Small differences grow: a robot that is 1 um aside moves people by"
-        f" {told}. So differences between branches may be chance: vary the"
-        " start a little."
-    )
 
 
 def _first_of(runs: pd.DataFrame, bases: Sequence[str]) -> str:

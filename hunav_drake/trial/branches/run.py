@@ -37,6 +37,7 @@ from hunav_drake.trial.diagram import (
     TrialDiagram,
 )
 from hunav_drake.trial.metric_facts import unit_of
+from hunav_drake.trial.quantity_text import number_text
 from hunav_drake.trial.result import TrialResult
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ SAME, GONE = "same", "robot gone"
 
 # By how much a robot is moved to see how small differences grow, in meters, and
 # the growth from which on what differs may be chance.
-_SHIFT, MOST_GROWTH = 1e-6, 1000.0
+_SHIFT, _MOST_GROWTH = 1e-6, 1000.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -183,6 +184,20 @@ class Branches:
             index=pd.Index(future.times, name="time"),
             columns=list(self.human_names),
         )
+
+
+def growth_text(growth: float) -> str:
+    """Returns how small differences grow in branches; "" if not known."""
+    if math.isnan(growth):
+        return ""
+    told = f"{number_text(float(f'{growth:.2g}'))} um later, at most"
+    if growth < _MOST_GROWTH:
+        return f"A robot that is 1 um aside moves people by {told}."
+    return (
+        f"Small differences grow: a robot that is 1 um aside moves people by"
+        f" {told}. So differences between branches may be chance: vary the"
+        " start a little."
+    )
 
 
 def _compared(rows: Sequence[Any], keys: list[str]) -> "pd.DataFrame":
