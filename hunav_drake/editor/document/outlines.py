@@ -129,7 +129,8 @@ def _furniture(data: Any) -> list[Outline]:
         return []
     kind, height = name_of(part), part.height
     # (What hangs, and nobody walks around, is drawn, too.)
-    outlines = part.footprints() or [it.outline for it in part.solids()[:1]]
+    whole = turned(Furniture.outlines(part)[0], (*part.center, part.yaw))
+    outlines = part.footprints() or [whole]
     result = [_outline(points, kind, height) for points in outlines]
     for first in result[:1]:
         first["pieces"] = _from_above(part)

@@ -39,7 +39,8 @@ _PATCHES: dict[Motif, list[tuple[float, float, float, float, str]]] = {
     "landscape": [
         (0.0, 1.0, 0.4, 1.0, "light blue"),
         (0.0, 1.0, 0.0, 0.4, "green"),
-        (0.15, 0.35, 0.3, 0.65, "leaf"),
+        (0.22, 0.28, 0.3, 0.55, "dark wood"),
+        (0.12, 0.38, 0.5, 0.8, "green"),
         (0.7, 0.85, 0.7, 0.9, "yellow"),
     ],
     "sea": [
@@ -163,13 +164,23 @@ class Picture(_Board):
         (x, y), low = np.array(self.size) / 2, self.low
         edge = min(0.06, 0.3 * y, 0.15 * (self.height - low))
         wide, tall = 2 * (y - edge), self.height - low - 2 * edge
-        bottom = low + edge
-        result = [block((-x, -y, x, y), (low, self.height), "dark wood")]
+        bottom, top = low + edge, self.height - edge
+        frame = (
+            (-y, edge - y, low, self.height),
+            (y - edge, y, low, self.height),
+            (edge - y, y - edge, low, bottom),
+            (edge - y, y - edge, top, self.height),
+        )
+        result = [
+            block((-x, a, x, b), (under, over), "dark wood")
+            for a, b, under, over in frame
+        ]
         for k, (left, right, under, over, material) in enumerate(
             _PATCHES[self.motif]
         ):
-            # (Seen from +x, left is at -y. Each lies over those before.)
-            depth = x * (1.02 + 0.008 * k)
+            # (Seen from +x, left is at -y. Each lies over those before, so far
+            # that viewers tell them apart.)
+            depth = x * (0.2 + 0.13 * k)
             sides = (edge - y + left * wide, edge - y + right * wide)
             result.append(
                 block(
