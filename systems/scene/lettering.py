@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.scene.meshes import TriangleMesh
+from hunav_drake.systems.scene.meshes import TriangleMesh, triangles_of
 from hunav_drake.systems.world.solids import Lettering, turned
 
 # How far a text is in front of what it is on, in meters; the height of a line,
@@ -28,11 +28,7 @@ def lettering_mesh(letters: Lettering) -> TriangleMesh:
         )
     x0, y0, x1, y1 = shapely.total_bounds(shapes)
     scale = min(np.array(letters.size) / np.maximum((x1 - x0, y1 - y0), 1e-9))
-    triangles = shapely.get_parts(
-        shapely.constrained_delaunay_triangles(shapes)
-    )
-    # Each repeats its first corner at the end, and all are clockwise.
-    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, 2::-1]
+    corners = triangles_of(shapes)
     right, up = (corners.reshape(-1, 2) - [(x0 + x1) / 2, (y0 + y1) / 2]).T
     # (Who reads it looks along -x of its frame, so that +y is to the right.)
     flat = np.column_stack([np.full(len(right), _FRONT), scale * right])

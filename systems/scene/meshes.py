@@ -209,11 +209,17 @@ def triangulate(outline: ArrayLike) -> NDArray[np.int64]:
     if len(index) < len(p) or not polygon.is_valid:
         i = np.arange(1, len(p) - 1)
         return np.column_stack([np.zeros_like(i), i, i + 1])
-    triangles = shapely.constrained_delaunay_triangles(polygon)
-    # Each repeats its first corner at the end, and all are clockwise.
-    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, 2::-1]
-    rows = [index[tuple(it)] for it in corners.reshape(-1, 2).tolist()]
+    corners = triangles_of(polygon).reshape(-1, 2).tolist()
+    rows = [index[tuple(it)] for it in corners]
     return np.array(rows, dtype=np.int64).reshape(-1, 3)
+
+
+def triangles_of(areas: shapely.Geometry | ArrayLike) -> Array:
+    """Returns counterclockwise triangles (t, 3, 2) that cover areas."""
+    triangles = shapely.constrained_delaunay_triangles(areas)
+    # Each repeats its first corner at the end, and all are clockwise.
+    corners: Array = shapely.get_coordinates(triangles).reshape(-1, 4, 2)
+    return corners[:, 2::-1]
 
 
 def _unique(rows: Array) -> tuple[Array, NDArray[np.int64]]:

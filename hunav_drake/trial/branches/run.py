@@ -411,17 +411,17 @@ def RunBranches(
                 from_context_sha256=digest,
             )
         futures[name] = future
-    grown = [fork.Run(it, whole=False) for it in shifted]
+    grown = math.nan
+    for branch in shifted:
+        apart = _apart(fork.Run(branch, whole=False), futures[SAME])
+        grown = apart / _SHIFT
     return Branches(
         start=fork.start,
         until=until,
         reference=reference,
         human_names=fork.names,
         futures=futures,
-        growth=max(
-            (_apart(it, futures[SAME]) / _SHIFT for it in grown),
-            default=math.nan,
-        ),
+        growth=grown,
     )
 
 
