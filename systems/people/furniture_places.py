@@ -17,14 +17,11 @@ from hunav_drake.systems.people.places import (
 )
 from hunav_drake.systems.world.furniture.base import Furniture, Spot
 from hunav_drake.systems.world.obstacles import Obstacles, inside, nearest_wall
-from hunav_drake.systems.world.shapes import World
+from hunav_drake.systems.world.shapes import EYE_HEIGHT, World
 
 # People stand this far from the edge of a seat before they sit down, and where
 # nothing is nearer than the second distance, in meters.
 _BESIDE, _ROOM = 0.42, 0.28
-
-# How far in front of a picture one must see it from, in meters.
-_FRONT = 0.05
 
 # Sides of a seat and of a bed from which people sit down, the best one first: 0
 # is in front; in radians.
@@ -98,7 +95,7 @@ def _places_of(world: World) -> list[Place]:
         for desk in world.furniture
         if name_of(desk) == "desk"
     ]
-    places = [_place(name, it, obstacles, desks) for name, it in found]
+    places = [_place(name, it, world, obstacles, desks) for name, it in found]
     return [it for it in places if it is not None]
 
 
@@ -127,15 +124,20 @@ def _names(
 
 
 def _place(
-    name: str, it: Furniture, obstacles: Obstacles, desks: Sequence[Spot]
+    name: str,
+    it: Furniture,
+    world: World,
+    obstacles: Obstacles,
+    desks: Sequence[Spot],
 ) -> Place | None:
     """Returns the place of a piece of furniture, if anybody can get there."""
     sits = it.use in _SIDES
     slots, approaches = [], []
+    hiding = _hiding(it, world) if it.use == "screen" else []
     for spot in it.spots():
         x, y, _ = pose = _in_world(it, spot)
         ways = _ways(it, spot) if sits else [(x, y)]
-        if it.use == "screen" and not _is_seen(it, obstacles, (x, y)):
+        if not _is_seen(it, hiding, (x, y)):
             continue
         way = next((p for p in ways if _is_free(obstacles, p)), None)
         if way is not None:
@@ -188,15 +190,27 @@ def _is_free(obstacles: Obstacles, point: tuple[float, float]) -> bool:
     return bool(np.hypot(*away) >= _ROOM)
 
 
+def _hiding(it: Furniture, world: World) -> list[shapely.Geometry]:
+    """Returns what may be between people's eyes and a piece of furniture."""
+    return [
+        (shapely.LinearRing if solid.closed else shapely.LineString)(outline)
+        for fixture in world.fixtures()
+        if fixture.place[0] != "furniture"
+        or world.furniture[int(fixture.place[1])] is not it
+        for solid in fixture.solids
+        for outline in solid.cuts(EYE_HEIGHT)
+    ]
+
+
 def _is_seen(
-    it: Furniture, obstacles: Obstacles, point: tuple[float, float]
+    it: Furniture,
+    hiding: Sequence[shapely.Geometry],
+    point: tuple[float, float],
 ) -> bool:
-    """Returns whether nothing is between a point and the front of furniture."""
-    front = _in_world(it, (it.size[0] / 2 + _FRONT, 0.0, 0.0))[:2]
-    walls = shapely.linestrings(obstacles.segments.reshape(-1, 2, 2))
-    return not shapely.intersects(
-        shapely.LineString([front, point]), walls
-    ).any()
+    """Returns whether people at a point see the front of furniture."""
+    # (But for rounding, from its surface.)
+    front = _in_world(it, (0.49 * it.size[0], 0.0, 0.0))[:2]
+    return not any(map(shapely.LineString([front, point]).intersects, hiding))
 
 
 def _is_at(seat: Spot, desk: Spot) -> bool:

@@ -74,9 +74,11 @@ def scene_bounds(
     if len(ends):
         places = [(ends.min(axis=0), 0.0), (ends.max(axis=0), 0.0)]
     places += [
-        (np.array(it.center), max(it.size) / 2)
+        (corner, 0.0)
         for it in world.furniture
         if not it.footprints()
+        for solid in it.solids()
+        for corner in solid.outline
     ]
     for human in humans:
         places += [(np.array(p[:2]), human.radius) for p in human.goals]

@@ -123,8 +123,8 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
     part per material, and "furniture_0_text_0", ... for what is written on it.
     Viewers see objects higher than a door cut at `CUT_HEIGHT`, walls with a
     dark section, to look into rooms; cameras see them whole, unless `ShowCut`
-    is called. What hangs, such as signs, is never cut. Models from files have
-    their own appearance.
+    is called. What hangs, and what has a text, is never cut. Models from files
+    have their own appearance.
     """
     fixtures = list(world.fixtures())
     cut_walls = any(
@@ -144,18 +144,18 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
         among_walls = cut_walls and kind == "furniture"
         limit = _COUNTER if among_walls else _HIGHEST
         high = _height(fixture.solids) > limit
+        texts = [it for it in fixture.solids if isinstance(it, Lettering)]
         hangs = all(p.low > _KNEE for it in parts.values() for p in it)
         for material, prisms in parts.items():
             plain = kind == "walls"
             name = stem if plain else f"{stem}_{material.replace(' ', '_')}"
             color = MATERIALS.get(material, WALL)
-            if high and not hangs:
+            if high and not hangs and not texts:
                 # (Of things on a shelf, one sees what they are.)
                 section = color if kind == "furniture" else WALL_CUT
                 _AddCutPrisms(plant, name, prisms, color, section)
             else:
                 _AddPrisms(plant, name, prisms, color)
-        texts = [it for it in fixture.solids if isinstance(it, Lettering)]
         for k, text in enumerate(texts):
             mesh = lettering_mesh(text)
             color = MATERIALS.get(text.material, WALL)

@@ -417,6 +417,8 @@ PICTURE = {"type": "picture", "center": [0.03, 0]}
         ([(1.0, 1.2, 6, 0.1), (1.0, -1.2, 6, 0.1)], 3),
         # Before it is a wall.
         ([(0.5, 0.0, 0.1, 6)], 0),
+        # Before it is a thin one.
+        ([(0.07, 0.0, 0.02, 6)], 0),
         # On the other side of the wall on which it hangs.
         ([(-0.1, 0.0, 0.2, 9)], 5),
     ],
@@ -426,10 +428,13 @@ def test_people_look_at_a_picture_from_where_they_see_it(more, count):
         {"type": "box", "center": [x, y], "size": [wide, deep]}
         for x, y, wide, deep in more
     ]
-    data = {"world": {"furniture": [PICTURE], "walls": boxes}}
+    # One sees over a sofa.
+    sofa = {"type": "sofa", "center": [0.6, 0]}
+    data = {"world": {"furniture": [PICTURE, sofa], "walls": boxes}}
     data["robot"] = {"start": [-90, 0, 0]}
     loaded = LoadScenario(data=json.dumps(data), ways=False).world
     found = with_furniture([], loaded)
+    found = [it for it in found if it.name == "picture_1"]
     assert len(found) == bool(count)
     for place in found:
         assert (place.type, place.pose) == ("screen", (0.03, 0.0, 0.0))

@@ -345,7 +345,8 @@ def _descend(
         values = np.array((yield around))
         left -= len(values)
         slope = np.zeros(len(point))
-        valid = np.isfinite(values)
+        # (Where nothing could fail, it is no number that was found, either.)
+        valid = np.isfinite(values) & (values != NO_FAILURE)
         change = np.where(valid, values - value, 0.0)
         slope[ranges] = change / differences
         length = math.hypot(*slope)
