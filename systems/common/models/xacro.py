@@ -89,9 +89,14 @@ def nearby_packages(file: str | Path) -> dict[str, str]:
     for above in Path(file).resolve().parents:
         if (above / "package.xml").is_file():
             up = above.parent
-            found = (
-                [*up.parent.glob("*/*/package.xml")] if up.parent.name else []
-            )
+            # (A repository may itself be a package.)
+            depths = ("*/*/package.xml", "*/package.xml")
+            found = [
+                it
+                for depth in depths
+                if up.parent.name
+                for it in up.parent.glob(depth)
+            ]
             found += [*up.glob("*/package.xml"), above / "package.xml"]
             return {it.parent.name: str(it.parent) for it in sorted(found)} | {
                 above.name: str(above)

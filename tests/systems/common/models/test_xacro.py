@@ -16,7 +16,7 @@ from hunav_drake.scenario.named_files import files_sha256, named_files
 from hunav_drake.systems.common.models import apart, reading
 from hunav_drake.systems.common.models.apart import ModelFault
 from hunav_drake.systems.common.models.markup import find_markup_fault
-from hunav_drake.systems.common.models.xacro import read_robot
+from hunav_drake.systems.common.models.xacro import nearby_packages, read_robot
 from tests.choices import fast
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -376,3 +376,19 @@ def test_a_file_that_is_no_text_is_told(tmp_path):
     with pytest.raises(ModelFault, match="Error parsing XML"):
         reading.check_model_file(str(file), {}, "os:getpid")
     assert read_robot(Path("a.sdf"), {}, {}) is None
+
+
+def test_a_repository_beside_that_is_a_package_is_found(tmp_path):
+    file = tmp_path / "robot/robot_description/urdf/robot.xacro"
+    file.parent.mkdir(parents=True)
+    for package in ("robot/robot_description", "robot/robot_x", "a/b", "utils"):
+        folder = tmp_path / package
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "package.xml").touch()
+    assert nearby_packages(file) == {
+        folder.name: str(folder)
+        for folder in map(
+            tmp_path.joinpath,
+            ("robot/robot_description", "robot/robot_x", "a/b", "utils"),
+        )
+    }
