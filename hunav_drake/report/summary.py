@@ -18,8 +18,9 @@ from hunav_drake.runs.outcomes import GOAL
 from hunav_drake.runs.run_row import FAILED
 from hunav_drake.runs.statistics import (
     LEAST_PAIRS,
-    RATES,
     TIMES,
+    arrival_rates,
+    arrivals,
     compare,
     summarize,
 )
@@ -67,8 +68,13 @@ def runs_summary(runs: pd.DataFrame) -> list[str]:
         (TIMES, "No run has a time to the goal."),
         (_PEOPLE, "No run has a distance to people."),
     ):
-        metric = _first_of(runs, bases)
-        sentences.append(_about(runs, metric) if metric else missing)
+        parts = {}
+        for scenario, part in runs.groupby("scenario", sort=False):
+            part.attrs = runs.attrs
+            # Elsewhere none is defined, as for scenes without people.
+            if metric := _first_of(part, bases):
+                parts[str(scenario)] = part, metric
+        sentences.append(_about(parts) if parts else missing)
     return sentences
 
 
@@ -76,6 +82,8 @@ def trial_summary(
     result: TrialResult, encounters: Mapping[str, pd.DataFrame]
 ) -> list[str]:
     """Returns three sentences on a trial: its end, distances, and contacts.
+
+    Times are those since the recording began.
 
     Args:
         result: The trial.
@@ -85,12 +93,15 @@ def trial_summary(
     robots = list(run.robots)
     ends = result.robot_ends or {robots[0].robot_name: result.end_reason}
     arrived = sum(it == GOAL for it in ends.values())
-    time = f"{number(result.end_time)} s"
+    start = float(run.times[0])
+    time = f"{number(result.end_time - start)} s"
     lengths = [
         float(np.hypot(*np.diff(it.until_end().robot[:, :2], axis=0).T).sum())
         for it in robots
     ]
     length = f"{number(sum(lengths), 'm')} m"
+    if start > 0:
+        length += f", from {number(start)} s on"
     several = len(robots) > 1
     if all(it.goal is None for it in robots):
         end = f"had no goal; the trial ended after {time} and {length}"
@@ -128,7 +139,7 @@ def trial_summary(
     gap, name, when = min(gaps)
     near = f"{number(max(gap, 0.0), 'm')} m" if gap > 0 else "a contact"
     second = (
-        f"{it} came nearest to {name}, after {number(when, 's')} s: {near}"
+        f"{it} came nearest to {name}, after {number(when - start, 's')} s: {near}"
         f"{', from surface to surface' * (gap > 0)}."
     )
     touched = list(dict.fromkeys(who for gap, who, _ in gaps if gap <= 0))
@@ -216,9 +227,10 @@ def _arrivals(runs: pd.DataFrame) -> str:
     """Returns how many runs reach the goal, and of which planner."""
     names = list(dict.fromkeys(runs["contender"]))
     goals = runs
-    if RATES[0] in runs:
+    if arrival_rates(runs):
         # Without a goal, nobody can arrive.
-        goals = runs[runs[RATES[0]].notna() | runs["end_reason"].isin(FAILED)]
+        has_goal = ~np.isnan(arrivals(runs))
+        goals = runs[has_goal | runs["end_reason"].isin(FAILED)]
     failed = int(runs["end_reason"].isin(FAILED).sum())
     total = f"{len(goals)} run{'s' * (len(goals) != 1)}"
     done = goals["end_reason"] == GOAL
@@ -253,24 +265,26 @@ def _arrivals(runs: pd.DataFrame) -> str:
     return f"{text}."
 
 
-def _about(runs: pd.DataFrame, metric: str) -> str:
-    """Returns which planner is better by a metric, if one is."""
-    what = _words(metric)
-    scenarios = list(dict.fromkeys(runs["scenario"]))
-    parts = {it: runs[runs["scenario"] == it] for it in scenarios}
-    # Elsewhere it is not defined, as for scenes without people.
-    known = {k: it for k, it in parts.items() if it[metric].notna().any()}
+def _about(parts: Mapping[str, tuple[pd.DataFrame, str]]) -> str:
+    """Returns which planner is better by a metric, if one is.
+
+    Args:
+        parts: The runs of each scenario, and its metric: that of scenarios
+            with several robots has another name.
+    """
     means = {
         it: summarize(
             part, "contender", metrics=metric, bounded=True
         ).droplevel("metric")
-        for it, part in known.items()
+        for it, (part, metric) in parts.items()
     }
-    unit = unit_of(runs, metric)
-    if runs["contender"].nunique() == 1:
+    what = " or ".join(dict.fromkeys(_words(it) for _, it in parts.values()))
+    unit = unit_of(*next(iter(parts.values())))
+    contenders = {it for part, _ in parts.values() for it in part["contender"]}
+    if len(contenders) == 1:
         return _alone(means, what, unit)
-    verdicts = {it: _best(part, metric) for it, part in known.items()}
-    if len(scenarios) > 1:
+    verdicts = {it: _best(*found) for it, found in parts.items()}
+    if len(parts) > 1:
         wins: dict[str, list[str]] = {}
         for scenario, (best, _) in verdicts.items():
             wins.setdefault(best, []).append(str(scenario))

@@ -111,13 +111,12 @@ def summarize(
     found = [name for name in names if {name, base_name(name)} & {*known_rates}]
     for name in found:
         _check_rate(name, runs)
-    known = RATES[0] if RATES[0] in runs else None
-    columns = list(dict.fromkeys([*names, *([known] if known else [])]))
+    columns = list(dict.fromkeys([*names, *arrival_rates(runs)]))
     rows = {}
     for kind, part in _groups(once_per_seed(_bare(runs), by, columns), by):
-        done = part[known].to_numpy(dtype=float) if known else np.zeros(0)
-        has_goals = bool(np.isfinite(done).any())
         for name in names:
+            done = arrivals(part, name)
+            has_goals = bool(np.isfinite(done).any())
             values = part[name].to_numpy(dtype=float)
             finite = np.isfinite(values)
             values = values[finite]
@@ -233,7 +232,26 @@ def early_mark(metric: str, described: pd.Series) -> str:
         described: Its row of `summarize`.
     """
     is_early = described["arrived"] < described["n"]
-    return "*" if metric in _OF_THE_WAY and is_early else ""
+    return "*" if base_name(metric) in _OF_THE_WAY and is_early else ""
+
+
+def arrival_rates(runs: pd.DataFrame) -> list[str]:
+    """Returns the rates of arrival in a table, also of several robots."""
+    return [str(name) for name in runs if is_rate(str(name))]
+
+
+def arrivals(runs: pd.DataFrame, metric: str = "") -> Array:
+    """Returns how often runs arrive, shape (runs,); NaN if unknown.
+
+    Args:
+        runs: A row per run.
+        metric: The metric for which this counts. For one of several robots it
+            is that robot's rate, else the rate of the one that arrives least.
+    """
+    own = metric.removesuffix(base_name(metric)) + RATES[0]
+    if own == RATES[0] or own not in runs:
+        return runs[arrival_rates(runs)].min(axis=1).to_numpy(dtype=float)
+    return runs[own].to_numpy(dtype=float)
 
 
 def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
@@ -276,7 +294,7 @@ def _values(
         they are those of pairs in which both arrive.
     """
     names = _metric_columns(runs, [*by, *pair, on], metrics)
-    columns = list(dict.fromkeys([*names, *(r for r in RATES if r in runs)]))
+    columns = list(dict.fromkeys([*names, *arrival_rates(runs)]))
     for name in filter(is_rate, columns):
         _check_rate(name, runs)
     told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
@@ -284,10 +302,8 @@ def _values(
     kinds = one.index.to_frame(index=False)
     for kind, part in _groups(kinds, by):
         xs, ys = (it.iloc[part.index] for it in (one, other))
-        both = None
-        if RATES[0] in columns:
-            both = where_all_arrive([it[RATES[0]] for it in (xs, ys)])
         for name in names:
+            both = where_all_arrive([arrivals(it, name) for it in (xs, ys)])
             x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
             if both is not None and base_name(name) not in OF_ALL_RUNS:
                 yield kind, name, x[both], y[both], True

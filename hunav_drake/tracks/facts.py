@@ -23,7 +23,7 @@ class TracksFacts(NamedTuple):
         end: The time of the last row, in seconds.
         low: The least x and y, in meters.
         high: The largest x and y, in meters.
-        present: The mean number of people at a time.
+        present: The mean number of people over time.
         most: The largest number of people at a time.
         stay: The median time from a person's first row to the last, in seconds.
         speeds: The 5th, 50th and 95th percentile of the speeds of people who
@@ -68,18 +68,20 @@ def describe_tracks(tracks: Tracks) -> TracksFacts:
     speeds = np.hypot(*velocities.T)
     walking = speeds[speeds > WALKING]
     period = tracks.period
-    present, nearest, density = _at_each_time(tracks)
+    most, nearest, density = _at_each_time(tracks)
+    start, end = float(times.min()), float(times.max())
+    stays = sum(it.times[-1] - it.times[0] for it in tracks.split().people)
     cells = np.unique(np.floor(places).astype(int), axis=0)
     return TracksFacts(
         people=len(people),
         rows=len(times),
         period=period,
-        start=float(times.min()),
-        end=float(times.max()),
+        start=start,
+        end=end,
         low=_pair(places.min(axis=0)),
         high=_pair(places.max(axis=0)),
-        present=float(np.mean(present)),
-        most=int(np.max(present)),
+        present=float(stays) / (end - start) if end > start else float(most),
+        most=most,
         stay=float(np.median([it.times[-1] - it.times[0] for it in people])),
         speeds=_percentiles(walking),
         standing=float(np.mean(speeds <= WALKING)),
@@ -102,8 +104,8 @@ def _percentiles(values: Array) -> tuple[float, float, float]:
     return low, middle, high
 
 
-def _at_each_time(tracks: Tracks) -> tuple[list[int], float, float]:
-    """Returns the people at each time, their nearest distance, and density.
+def _at_each_time(tracks: Tracks) -> tuple[int, float, float]:
+    """Returns how many people are there at most, how near, and how dense.
 
     The times are those of all rows; between the own ones, people follow cubic
     splines.
@@ -124,16 +126,16 @@ def _at_each_time(tracks: Tracks) -> tuple[list[int], float, float]:
     whens = np.concatenate(shared)
     order = np.argsort(whens, kind="stable")
     ends = np.searchsorted(whens[order], ticks, side="right")
-    present, nearest, around = [], [], []
+    most, nearest, around = 0, [], []
     for here in np.split(places[order], ends[:-1]):
-        present.append(len(here))
+        most = max(most, len(here))
         away = cKDTree(here).query(here, k=2)[0][:, 1]
         nearest += away[away <= _NEAR].tolist()
         cells = np.floor(here)
         apart = np.abs(cells[:, None] - cells[None]).max(axis=-1)
         around += ((apart <= 1).sum(axis=1) / 9.0).tolist()
     middle = float(np.median(nearest)) if nearest else math.nan
-    return present, middle, float(np.mean(around))
+    return most, middle, float(np.mean(around))
 
 
 def tracks_text(facts: TracksFacts) -> str:

@@ -359,8 +359,9 @@ def _joined(samples: list[Sample]) -> Sample:
 
 
 def _overlap(sample: Sample) -> float:
-    near = sample.nearest < 2 * BODY
-    return float(near.mean()) if len(near) else 0.0
+    # (Who is alone has no nearest, but a speed.)
+    near = np.count_nonzero(sample.nearest < 2 * BODY)
+    return near / len(sample.speeds) if len(sample.speeds) else 0.0
 
 
 def _difference(one: Array, other: Array) -> float:

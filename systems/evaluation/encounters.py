@@ -165,8 +165,10 @@ class Encounters:
         near = min(filter(None, self.zones.values()), default=math.nan)
         begin, _ = chords_within(*self._chords[2:4], self._chords.reach + near)
         times = self._chords.times + begin * self._chords.lasts
+        alone = np.nonzero(self._alone <= near)[0]
+        times = np.append(times, self.recording.times[alone])
         numbers = (
-            np.fmin.reduce(times, axis=None, initial=np.nan),
+            np.fmin.reduce(times, initial=np.nan),
             np.fmin.reduce(self._nearest[0], initial=np.nan),
             self._crosses[0].sum(),
             len(list(self._cuts())),
@@ -190,6 +192,20 @@ class Encounters:
         )
 
     @cached_property
+    def _alone(self) -> Array:
+        """The gaps at samples without motions before and after, (N, n).
+
+        They are infinite at all others.
+        """
+        run = self.recording
+        away = run.humans[..., : Y + 1] - run.robot[:, None, : Y + 1]
+        gaps = np.hypot(*np.moveaxis(away, -1, 0)) - run.encounters.reach
+        here = np.isfinite(gaps)
+        beside = np.pad(here[1:] & here[:-1], ((1, 1), (0, 0)))
+        alone = here & ~beside[1:] & ~beside[:-1]
+        return np.where(alone, gaps, np.inf)
+
+    @cached_property
     def _inside(self) -> dict[str, tuple[Array, Array]]:
         """By zone, the part of each motion in it: see `chords_within`."""
         _, _, first, last, reach, *_ = self._chords
@@ -204,9 +220,9 @@ class Encounters:
         it = self._chords
         u, away = nearest_on_chords(it.first, it.last)
         gaps = np.where(np.isnan(away), np.inf, away - it.reach)
-        # (A single sample has no motion.)
-        gaps = np.vstack([gaps, np.full(gaps.shape[1], np.inf)])
-        times = np.vstack([it.times + u * it.lasts, np.full(u.shape[1], 0.0)])
+        gaps = np.vstack([gaps, self._alone])
+        moments = np.repeat(self.recording.times[:, None], u.shape[1], axis=1)
+        times = np.vstack([it.times + u * it.lasts, moments])
         k, people = gaps.argmin(axis=0), np.arange(gaps.shape[1])
         least = gaps[k, people]
         known = np.isfinite(least)

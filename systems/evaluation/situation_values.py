@@ -1,6 +1,7 @@
 """Metrics on the samples of each social situation."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -8,9 +9,18 @@ from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.compute import Evaluation
 from hunav_drake.systems.evaluation.metric import METRICS, SITUATIONS_FAMILY
 from hunav_drake.systems.evaluation.metrics import reduce
+from hunav_drake.systems.evaluation.metrics.collisions import charged
+from hunav_drake.systems.evaluation.metrics.contacts import largest_forces
+from hunav_drake.systems.evaluation.metrics.replay import (
+    reacting,
+    replay_errors,
+)
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situation_labels import LABELS
 from hunav_drake.systems.evaluation.situations import FindSituations
+
+_ToNumbers = Callable[[Recording], Array]
+_ToValue = Callable[[Array], float]
 
 # What is told of a label itself: its name, and its column in `shares`.
 _OF_LABELS = {
@@ -27,18 +37,30 @@ _LEAST = {
 }
 
 # The values on some samples of series that are no sums or means as they stand.
-_REDUCED: dict[str, Callable[[Array], float]] = {
+_REDUCED: dict[str, _ToValue] = {
     "min_time_to_collision": np.fmin.reduce,
-    "max_contact_force": np.fmax.reduce,
     "space_compliance": lambda series: 100 * reduce.mean(series),
-    "replay_ade": reduce.mean,
-    "replay_ade_at_phase": reduce.mean,
-    "reactive_share": reduce.mean,
+}
+
+# Metrics of which the series does not tell enough: what they are made of, shape
+# (samples,) or (samples, people), and how.
+_MADE_OF: dict[str, tuple[_ToNumbers, _ToValue]] = {
+    "max_contact_force": (largest_forces, np.fmax.reduce),
+    "replay_ade": (partial(replay_errors, at_phase=False), reduce.mean),
+    "replay_ade_at_phase": (partial(replay_errors, at_phase=True), reduce.mean),
+    "reactive_share": (reacting, reduce.mean),
+    "robot_on_person_collisions": (
+        partial(charged, to_robot=True),
+        reduce.total,
+    ),
+    "person_on_robot_collisions": (
+        partial(charged, to_robot=False),
+        reduce.total,
+    ),
 }
 
 # Their series grow by what happens, or are 1 while it lasts.
 _COUNTED = (
-    *("robot_on_person_collisions", "person_on_robot_collisions"),
     *("static_obstacle_collisions", "contacts_with_walls"),
     *("contacts_by_robot", "contacts_by_person", "contact_impulse"),
     *("hand_overs",),
@@ -97,19 +119,22 @@ def _facts(unit: str, direction: str) -> dict[str, str]:
 
 def _series(
     recording: Recording, found: Evaluation, prefix: str
-) -> dict[str, tuple[Array, Callable[[Array], float]]]:
+) -> dict[str, tuple[Array, _ToValue]]:
     """Returns the series of metrics, and how values follow from them."""
-    result: dict[str, tuple[Array, Callable[[Array], float]]] = {}
+    result: dict[str, tuple[Array, _ToValue]] = {}
     for key in found.values:
         name = key.removeprefix(prefix) if key.startswith(prefix) else ""
         if name in _LEAST:
             series = getattr(recording.features, _LEAST[name])
             result[name] = series, np.fmin.reduce
+        elif name in _MADE_OF:
+            numbers, how = _MADE_OF[name]
+            result[name] = numbers(recording), how
         elif key in found.series and name in METRICS:
             series = found.series[key][: len(recording)]
             if name in _COUNTED:
                 grown = np.maximum(np.diff(series, prepend=0.0), 0.0)
                 result[name] = grown, reduce.total
-            elif how := METRICS[name].reduce or _REDUCED.get(name):
-                result[name] = series, how
+            elif reduced := METRICS[name].reduce or _REDUCED.get(name):
+                result[name] = series, reduced
     return result

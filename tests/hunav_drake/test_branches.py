@@ -27,7 +27,7 @@ from hunav_drake import (
 )
 from hunav_drake.report.summary import branches_summary
 from hunav_drake.systems.common.layout import OUTSIDE, VX, X, Y
-from hunav_drake.trial.branches.kinds import Branch
+from hunav_drake.trial.branches.kinds import Branch, RobotShifted
 from hunav_drake.trial.branches.run import SAME, Fork
 from tests.planners import NAMES, planner_override
 
@@ -569,3 +569,14 @@ def test_a_state_outside_the_context_is_found():
     original, other = fork.RunOriginal(), fork.Run(RobotStands())
     with pytest.raises(RuntimeError, match="nothing changes differs"):
         fork.CheckSame(original, other)
+
+
+def test_a_robot_is_as_far_aside_as_told():
+    scenario = stage([walker("ana", 4, 0, -6)])
+    diagram, context = at(scenario, 1.0)
+    port = diagram.GetOutputPort("robot_state")
+    before = port.Eval(context)
+    RobotShifted(0.01).Apply(diagram, context)
+    moved = port.Eval(context) - before
+    assert np.hypot(*moved[:2]) == pytest.approx(0.01)
+    assert not moved[2:].any()

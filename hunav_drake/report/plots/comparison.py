@@ -23,8 +23,9 @@ from hunav_drake.runs.independent_runs import (
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.runs.settings import contenders, with_names
 from hunav_drake.runs.statistics import (
-    RATES,
     TIMES,
+    arrival_rates,
+    arrivals,
     compare,
     differences,
     is_rate,
@@ -293,17 +294,11 @@ def _prepared(
 
 def _values(runs: pd.DataFrame, metric: str) -> Array:
     """Returns the values of a metric; infinity for a goal never reached."""
-    # (Of several robots, each has a rate of its own; all must arrive for what
-    # is about all of them.)
-    own = metric.removesuffix(base_name(metric)) + RATES[0]
-    each = [it for it in runs if str(it).endswith(f".{RATES[0]}")]
-    is_own = base_name(metric) == TIMES[0] or not each
-    rates = ([own] if own in runs else []) if is_own else each
+    rates = arrival_rates(runs)
     once = once_per_seed(runs, [], list(dict.fromkeys([metric, *rates])))
     values: Array = once[metric].to_numpy(dtype=float)
     if base_name(metric) in TIMES and rates:
-        never = (once[rates] < 1).any(axis=1)
-        values = np.where(never, np.inf, values)
+        values = np.where(arrivals(once, metric) < 1, np.inf, values)
         return values[~np.isnan(values)]
     return values[np.isfinite(values)]
 

@@ -8,6 +8,7 @@ import pandas as pd
 from hunav_drake.runs.comparison.tables import (
     ENDS,
     by_place,
+    fleet_metrics,
     mean_text,
     scores,
     shown_unit,
@@ -36,20 +37,6 @@ METRICS = (
 # Those of generated scenarios, besides: how close the time is to the least, and
 # whether the robot ran into walls.
 OF_KINDS = ("success_weighted_time_length", "contacts_with_walls")
-
-# Those of several robots with each other, and of each of them.
-FLEET_METRICS = (
-    "makespan",
-    "sum_of_costs",
-    "min_dist_between_robots",
-    "contacts_between_robots",
-    "deadlock_time",
-)
-OF_EACH_ROBOT = (
-    "min_dist_to_people",
-    "personal_space_intrusions",
-    "robot_on_person_collisions",
-)
 
 _NOTE = (
     "In brackets: the number of seeds with a value, if not all have one. * Not"
@@ -188,15 +175,7 @@ def _table(result: SuiteResult, runs: pd.DataFrame) -> list[str]:
     wanted: tuple[str, ...] = METRICS
     if any(not isinstance(it, str) for it in result.suite.scenarios):
         wanted = (*METRICS, *OF_KINDS, *scores(runs))
-    names = [name for name in wanted if name in runs]
-    if FLEET_METRICS[2] in runs and runs[FLEET_METRICS[2]].notna().any():
-        names = [name for name in FLEET_METRICS if name in runs]
-        names += [
-            name
-            for base in OF_EACH_ROBOT
-            for name in runs
-            if name.endswith(f".{base}") and runs[name].notna().any()
-        ]
+    names = fleet_metrics(runs) or [name for name in wanted if name in runs]
     scenario, setting = runs.scenario.iloc[0], runs.setting.iloc[0]
     statistics = summarize(runs, "planner", metrics=names) if names else None
     heads = []

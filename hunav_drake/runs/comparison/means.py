@@ -10,12 +10,13 @@ from hunav_drake.runs.independent_runs import draws_nothing, once_per_seed
 from hunav_drake.runs.run_row import NO_RESULT
 from hunav_drake.runs.statistics import (
     OF_ALL_RUNS,
-    RATES,
+    arrivals,
     is_rate,
     where_all_arrive,
 )
 from hunav_drake.runs.suite_result import SuiteResult
-from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.evaluation.metric import base_name
 
 _RESAMPLES = 1000
 
@@ -106,8 +107,10 @@ class Means:
             known = np.isfinite(values)
             whole = known.all(axis=0)
             rule = "all have a value"
-            if metric not in OF_ALL_RUNS:
-                arrive = self._arrive([places[name] for name in alike])
+            if base_name(metric) not in OF_ALL_RUNS:
+                arrive = where_all_arrive(
+                    self._arrivals(places[name], metric) for name in alike
+                )
                 if arrive is not None:
                     whole &= arrive
                     rule = "all arrive"
@@ -172,24 +175,25 @@ class Means:
 
     def _column(self, place: Place, metric: str) -> Array:
         """Returns the values by seed, shape (seeds,), NaN for none."""
-        table, seeds = self._tables[place], self._seeds[self._kind(place)]
+        return self._at_seeds(place, self._tables[place][metric])
+
+    def _arrivals(self, place: Place, metric: str) -> Array:
+        """Returns the rates of arrival by seed: see `arrivals`."""
+        table = self._tables[place[:2]]
+        rates = pd.Series(arrivals(table, metric), table.index)
+        return self._at_seeds(place[:2], rates)
+
+    def _at_seeds(self, place: Place, column: pd.Series) -> Array:
         # A run of which nothing is drawn represents every seed.
         fill = "nearest" if self._is_fixed(place) else None
-        values: Array = (
-            table[metric].reindex(seeds, method=fill).to_numpy(float)
-        )
+        seeds = self._seeds[self._kind(place)]
+        values: Array = column.reindex(seeds, method=fill).to_numpy(float)
         return np.where(np.isfinite(values), values, np.nan)
 
     def _is_fixed(self, place: Place) -> bool:
         """Returns whether a place has one run that represents all seeds."""
         table = self._tables[place]
         return len(table) == 1 and bool(draws_nothing(table).all())
-
-    def _arrive(self, places: Sequence[Place]) -> Mask | None:
-        """Returns the seeds in which all arrive; None for all seeds."""
-        if any(RATES[0] not in self._tables[it[:2]] for it in places):
-            return None
-        return where_all_arrive(self._column(it[:2], RATES[0]) for it in places)
 
 
 def _by_seed(runs: pd.DataFrame) -> pd.DataFrame:

@@ -25,6 +25,20 @@ from hunav_drake.trial.quantity_text import ROUNDING, number_text, unit_text
 # The metrics in the tables of a suite: those of the paper.
 PAPER_METRICS = tuple(name for name, _, _ in METRICS)
 
+# Those of several robots with each other, and of each of them.
+_FLEET_METRICS = (
+    "makespan",
+    "sum_of_costs",
+    "min_dist_between_robots",
+    "contacts_between_robots",
+    "deadlock_time",
+)
+_OF_EACH_ROBOT = (
+    "min_dist_to_people",
+    "personal_space_intrusions",
+    "robot_on_person_collisions",
+)
+
 # The legend of a cell.
 _EARLY = (
     "* Not all of these runs arrive, so the mean includes paths that end early."
@@ -89,7 +103,7 @@ def scenario_tables(result: SuiteResult) -> list[Table]:
     for scenario, setting, runs in by_place(result.runs()):
         published = printed_values(result.suite.name, scenario)
         title = " ".join(filter(None, (scenario, setting)))
-        names = (*PAPER_METRICS, *scores(runs))
+        names = fleet_metrics(runs) or (*PAPER_METRICS, *scores(runs))
         table = _table(title, runs, names, published)
         tables.append(_captioned(table, result, runs))
     return [table for table in tables if table]
@@ -237,6 +251,15 @@ def _table(
             row += ["-"] * (planner in published)
         rows.append((*row, ""))
     return Table(title, (*header, "unit"), tuple(rows))
+
+
+def fleet_metrics(runs: pd.DataFrame) -> list[str]:
+    """Returns the metrics in tables of several robots; none of one robot."""
+    known = [it for it in runs if runs[it].notna().any()]
+    if "min_dist_between_robots" not in known:
+        return []
+    own = (it for b in _OF_EACH_ROBOT for it in known if it.endswith(f".{b}"))
+    return [*(it for it in _FLEET_METRICS if it in runs), *own]
 
 
 def scores(runs: pd.DataFrame) -> list[str]:

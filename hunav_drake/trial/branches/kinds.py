@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import json
+import math
 from typing import Any
 import warnings
 
@@ -113,7 +114,7 @@ class RobotShifted(Branch):
     """A robot is a little aside, and drives on.
 
     Attributes:
-        by: How far along x and along y, in meters.
+        by: How far, in meters, along the diagonal between x and y.
         robot: The name of the robot; by default, the first one.
     """
 
@@ -122,7 +123,8 @@ class RobotShifted(Branch):
 
     def Apply(self, diagram: Diagram, context: Context) -> None:
         """Moves the robot."""
-        ShiftRobot(diagram, context, [self.by, self.by], self.robot)
+        part = self.by * math.sqrt(0.5)
+        ShiftRobot(diagram, context, [part, part], self.robot)
 
 
 @dataclass(frozen=True)

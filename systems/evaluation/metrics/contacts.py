@@ -41,15 +41,38 @@ def max_contact_force(recording: Recording) -> tuple[float, Array]:
     contacts = _forces(recording)
     if contacts is None:
         return _nothing(recording)
+    peaks = _peaks(contacts)
+    return float(peaks.max(initial=0.0)), _now(contacts).max(axis=1, initial=0)
+
+
+def largest_forces(recording: Recording) -> Array:
+    """Returns the largest force since the sample before, (samples,).
+
+    A peak between two samples is known if it is larger than all before.
+    """
+    contacts = _forces(recording)
+    if contacts is None:
+        return np.full(len(recording), np.nan)
+    peaks = _peaks(contacts)
+    is_new = np.diff(peaks, axis=0, prepend=0) > 0
+    forces = np.where(is_new, peaks, _now(contacts))
+    return forces.max(axis=1, initial=0.0)
+
+
+def _peaks(contacts: Array) -> Array:
+    """Returns the peak forces until each sample, (samples, people)."""
     impulse = contacts[..., Contact.IMPULSE]
     # Without contacts that ended before the recording began, where peaks are
     # those of single contacts.
     counts = (impulse > impulse[0]) | (contacts[0, :, Contact.LASTS] > 0)
-    peaks = contacts[..., Contact.PEAK_FORCE][counts]
-    now = np.hypot(
+    return np.where(counts, contacts[..., Contact.PEAK_FORCE], 0.0)
+
+
+def _now(contacts: Array) -> Array:
+    """Returns the forces at each sample, (samples, people)."""
+    return np.hypot(
         contacts[..., Contact.FORCE_X], contacts[..., Contact.FORCE_Y]
     )
-    return float(peaks.max(initial=0.0)), now.max(axis=1, initial=0.0)
 
 
 @_metric(unit="N*s", source=HUNAV_DRAKE)

@@ -110,9 +110,12 @@ def deadlock_time(recording: Recording) -> Array:
 
 
 def _arrivals(recording: Recording) -> Array:
-    """Returns the times to the goals of all robots that have one, in s."""
+    """Returns the times to the goals of all robots that have one, in s.
+
+    What happens after a robot's end does not count.
+    """
     robots = [it for it in recording.robots if it.goal is not None]
-    return np.array([time_to_reach_goal(it) for it in robots])
+    return np.array([time_to_reach_goal(it.until_end()) for it in robots])
 
 
 @_metric(unit="s", source=_STERN)

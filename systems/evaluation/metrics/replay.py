@@ -25,11 +25,29 @@ def _reacts(recording: Recording) -> tuple[Mask, Mask]:
     return np.isin(mode, (REPLAYED, REACTIVE)), mode == REACTIVE
 
 
-def _errors(recording: Recording, column: int) -> tuple[float, Array]:
-    """Returns the mean of distances, and the mean at each sample."""
-    away = _rows(recording)[..., column].copy()
+def replay_errors(recording: Recording, *, at_phase: bool) -> Array:
+    """Returns the distances of people from the recording, (samples, people).
+
+    They are NaN where somebody is not here, or not in the recording.
+    """
+    away = _rows(recording)[..., 2 if at_phase else 1]
     here, _ = _reacts(recording)
-    known = here & (away >= 0)
+    return np.where(here & (away >= 0), away, np.nan)
+
+
+def reacting(recording: Recording) -> Array:
+    """Returns 1 where recorded people react, else 0, shape (samples, people).
+
+    It is NaN where somebody is not here.
+    """
+    here, reacts = _reacts(recording)
+    return np.where(here, reacts, np.nan)
+
+
+def _errors(recording: Recording, *, at_phase: bool) -> tuple[float, Array]:
+    """Returns the mean of distances, and the mean at each sample."""
+    away = replay_errors(recording, at_phase=at_phase)
+    known = np.isfinite(away)
     away[~known] = 0.0
     count = known.sum(axis=1)
     series = np.full(len(recording), np.nan)
@@ -57,7 +75,7 @@ def replay_ade(recording: Recording) -> tuple[float, Array]:
     at that time; 0 where nobody was handed over. NaN without recorded people.
     Series: the mean over people.
     """
-    return _errors(recording, 1)
+    return _errors(recording, at_phase=False)
 
 
 @_metric(unit="m", direction="lower")
@@ -77,7 +95,7 @@ def replay_ade_at_phase(recording: Recording) -> tuple[float, Array]:
     As `replay_ade`, with the distance from the place of the recording where the
     person has got to. Series: the mean over people.
     """
-    return _errors(recording, 2)
+    return _errors(recording, at_phase=True)
 
 
 @_metric(unit="m", direction="lower")

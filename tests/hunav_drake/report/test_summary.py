@@ -316,3 +316,24 @@ def test_who_accompanies_a_robot_reacts_to_it(tmp_path):
     trial = LoadRecordedTrial(WriteResult(result, tmp_path))
     assert trial.Reacts(2.0).all()
     assert trial.Activities(2.0) == ["accompanies"] * 2
+
+
+def test_runs_of_several_robots_count_beside_those_of_one():
+    """Their rates and times have other names."""
+    one = runs_of("hall", quick=[10.0 + i for i in range(8)])
+    fleet = one.drop(columns="time_to_reach_goal").assign(
+        scenario="lobby", makespan=30.0, end_reason="stuck"
+    )
+    fleet["anna.completed"], fleet["bob.completed"] = 0.0, 1.0
+    fleet = fleet.drop(columns="completed")
+    runs = pd.concat([one, fleet], ignore_index=True)
+    first, second, _ = runs_summary(runs)
+    assert first.startswith("8 of 16 runs reached the goal")
+    assert "from 13.50 s (hall) to 30.00 s (lobby)" in second
+    assert "time until all robots arrive" in second
+
+
+def test_times_of_a_later_part_are_told_from_its_start():
+    result = make_result(make_recording(times=5.0 + np.arange(11) * 0.1))
+    first, *_ = trial_summary(result, {})
+    assert ", from 5" in first

@@ -300,3 +300,24 @@ def test_whatever_the_runs_are_all_is_written(values, tmp_path):
     tex = (tmp_path / "tables.tex").read_text()
     for told in (page, text, tex):
         assert not re.search(r"\bnan\b", told, re.IGNORECASE)
+
+
+def test_tables_of_several_robots_have_their_metrics():
+    one = {"completed": 1.0, "path_length": 8.0}
+    fleet = {
+        "anna.completed": 1.0,
+        "anna.path_length": 7.0,
+        "anna.min_dist_to_people": 0.5,
+        "makespan": 20.0,
+        "min_dist_between_robots": 0.4,
+    }
+    made = make_result({("hall", "p"): [one] * 2, ("lobby", "p"): [fleet] * 2})
+    hall, lobby = (
+        {row[0]: row[1] for row in table.rows}
+        for table in scenario_tables(made)
+    )
+    assert hall["path_length"].startswith("8")
+    assert "makespan" not in hall
+    assert lobby["makespan"].startswith("20")
+    assert lobby["anna.min_dist_to_people"].startswith("0.5")
+    assert not any(text.startswith("-") for text in lobby.values())

@@ -12,7 +12,13 @@ from hunav_drake.runs.intervals import (
     wilson_interval,
 )
 from hunav_drake.runs.run_table import ReadRuns
-from hunav_drake.runs.statistics import LEAST_PAIRS, compare, summarize
+from hunav_drake.runs.statistics import (
+    LEAST_PAIRS,
+    arrivals,
+    compare,
+    early_mark,
+    summarize,
+)
 
 
 def make_runs(n=8):
@@ -373,3 +379,48 @@ def test_rates_of_one_of_several_robots_are_rates_too():
     assert paired.loc["completed", pair].equals(
         paired.loc["west.completed", pair]
     )
+
+
+def fleet_runs(n=8):
+    """Runs of two robots, of which anna never arrives with planner a."""
+    rng = np.random.default_rng(0)
+    return pd.DataFrame(
+        {
+            "scenario": "lobby",
+            "planner": planner,
+            "seed": seed,
+            "anna.completed": float(planner == "b"),
+            "bob.completed": 1.0,
+            "anna.path_length": (2 if planner == "a" else 9) + rng.random(),
+            "bob.path_length": 9 + rng.random(),
+            "makespan": math.nan if planner == "a" else 20 + rng.random(),
+            "deadlock_time": rng.random(),
+        }
+        for planner in "ab"
+        for seed in range(n)
+    )
+
+
+def test_of_several_robots_only_those_that_arrive_are_compared():
+    found = compare(fleet_runs(), "a", "b").loc["lobby"]
+    assert found.loc["anna.path_length", ["n", "pairs"]].tolist() == [
+        0,
+        "both arrive",
+    ]
+    assert found.loc["anna.path_length", "better"] is None
+    assert found.loc["bob.path_length", ["n", "pairs"]].tolist() == [8, "all"]
+    # What is about all robots needs all of them.
+    assert found.loc["deadlock_time", "n"] == 0
+    assert found.loc["anna.completed", "better"] == "b"
+
+
+def test_shorter_ways_of_a_robot_that_does_not_arrive_are_marked():
+    found = summarize(fleet_runs()).loc[("lobby", "a")]
+    assert early_mark("anna.path_length", found.loc["anna.path_length"]) == "*"
+    assert early_mark("bob.path_length", found.loc["bob.path_length"]) == ""
+    assert found.loc["makespan", "arrived"] == 0
+
+
+def test_without_rates_arrivals_are_unknown():
+    runs = pd.DataFrame({"scenario": ["x"], "path_length": [1.0]})
+    assert np.isnan(arrivals(runs)).tolist() == [True]

@@ -22,3 +22,14 @@ def test_people_are_counted_whatever_the_rates_of_their_rows(periods):
     facts = describe_tracks(tracks)
     assert facts.present == facts.most == len(periods)
     assert facts.nearest == pytest.approx(2.0, abs=1e-6)
+
+
+def test_times_without_people_count_in_the_mean():
+    late = line(1, 0.4)
+    late = Track(2, late.times + 80.0, late.positions)
+    facts = describe_tracks(Tracks((line(1, 0.4), line(3, 0.1), late)))
+    # Two for 20 s, nobody for 60 s, one for 20 s.
+    assert facts.present == pytest.approx(60.0 / 100.0)
+    assert facts.most == 2
+    instant = Tracks((Track(1, np.zeros(1), np.zeros((1, 2))),))
+    assert describe_tracks(instant).present == 1.0

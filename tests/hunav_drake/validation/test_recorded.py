@@ -238,3 +238,9 @@ def test_the_command_writes_tables(tmp_path, capsys):
         WriteTracks(tracks, file)
         assert main(words) == 2
         assert "nobody is there for 8 s" in capsys.readouterr().err
+
+
+def test_who_is_alone_overlaps_nobody():
+    pair, single = (walkers(n, 20, apart=0.3) for n in (2, 1))
+    windows = [*windows_of(pair), *windows_of(single), *windows_of(single)]
+    assert recorded_overlap(windows) == 0.5

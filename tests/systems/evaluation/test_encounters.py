@@ -369,3 +369,17 @@ def test_mistakes_are_told():
         find_encounters(run, {"near": -0.1})
     with pytest.raises(ValueError, match="robot: must be one of"):
         find_encounters(run, robot="b")
+
+
+@pytest.mark.parametrize("samples", [1, 3])
+def test_who_is_there_at_one_sample_only_is_near_then(samples):
+    away = [(np.nan, np.nan)] * (samples - 1)
+    run = recording([(0, 0)] * samples, [*away, (2, 0)], [*away, (0.3, 0)])
+    last = samples - 1.0
+    people = find_encounters(run).people()
+    gaps = [2 - sum(RADII), 0.3 - sum(RADII)]
+    assert people["min_gap_exact"].tolist() == pytest.approx(gaps)
+    assert people["min_gap_time"].tolist() == [last, last]
+    values = {name: value for name, (value, _) in encounter_values(run).items()}
+    assert values["first_contact_time"] == last
+    assert values["entries_touch"] == values["time_in_touch"] == 0

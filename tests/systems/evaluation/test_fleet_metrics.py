@@ -1,5 +1,7 @@
 """Metrics of robots with each other, against paths with known answers."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -24,8 +26,6 @@ def robot(x, *, y=0.0, goal=None, name="", times=None):
 
 def of(*robots):
     first, *others = robots
-    import dataclasses
-
     joined = dataclasses.replace(first, others=tuple(others))
     return evaluate(joined, ["fleet"]).values
 
@@ -92,3 +92,15 @@ def test_one_robot_has_none_of_them_unless_they_are_named():
     assert not evaluate(alone, ["fleet"]).values
     assert "makespan" not in evaluate(alone).values
     assert np.isnan(evaluate(alone, ["deadlock_time"]).values["deadlock_time"])
+
+
+def test_arrivals_after_a_robots_end_do_not_count():
+    """A robot that is stuck, and gets to its goal while others drive."""
+    x = np.linspace(0, 4, 41)
+    goal = (2.0, 3.0, 0.0)
+    first = robot(x, name="a", goal=(4.0, 0.0, 0.0))
+    second = robot(x, y=3.0, name="b", goal=goal)
+    assert of(first, second)["makespan"] < 4.1
+    stuck = dataclasses.replace(second, end_time=1.0)
+    assert np.isnan(of(first, stuck)["makespan"])
+    assert np.isnan(of(first, stuck)["sum_of_costs"])

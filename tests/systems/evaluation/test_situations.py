@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from hunav_drake import FindSituations, LoadScenario, ReadRecording, RunTrial
-from hunav_drake.systems.common.layout import SILENT, Activity, Signal
+from hunav_drake.systems.common.layout import (
+    REACTIVE,
+    REPLAYED,
+    SILENT,
+    Activity,
+    Contact,
+    Signal,
+)
 from hunav_drake.systems.evaluation import METRICS
 from hunav_drake.systems.evaluation.compute import evaluate
 from hunav_drake.systems.evaluation.groups import (
@@ -696,3 +703,41 @@ def test_people_of_one_behavior_keep_whom_they_are_with():
     # Who is left out is nobody; the robot comes after the three.
     assert part[:, Signal.GAZE].tolist() == [-1, -1, 3]
     assert whole.social_signals[0, 0, Signal.GAZE] == 1
+
+
+def test_values_of_a_label_that_always_holds_are_those_of_the_trial():
+    """Also where several people touch, arrive, or feel a force at once."""
+    samples = 41
+    times = 0.1 * np.arange(samples)
+    robot = rows(samples, times, vx=1.0)
+    people = [rows(samples, 2.0, 0.2), rows(samples, 2.2, -0.2)]
+    contacts = np.zeros((samples, 2, len(Contact)))
+    # A peak between two samples, and a smaller force at the next ones.
+    contacts[14:18, 0, Contact.FORCE_X] = -40.0
+    contacts[14:, 0, Contact.PEAK_FORCE] = 900.0
+    contacts[14:, 0, Contact.IMPULSE] = 12.0
+    replay = np.zeros((samples, 2, 3))
+    replay[..., 0], replay[20:, 1, 0] = REPLAYED, -1.0
+    replay[5:, 0, 0] = REACTIVE
+    replay[..., 1:] = times[:, None, None] * np.array([1.0, 0.5])
+    run = make(
+        times,
+        robot,
+        people,
+        goal=(4.5, 0, 0),
+        contacts=contacts,
+        contact_forces_known=True,
+        replay=replay,
+    )
+    found = evaluate(run)
+    values = situation_values(run, found)
+    assert values["time_share[standing]"][0] == 1.0
+    assert found.values["robot_on_person_collisions"] == 2
+    assert found.values["max_contact_force"] == 900.0
+    names = [it.partition("[")[0] for it in values if it.endswith("[standing]")]
+    assert {"replay_ade", "reactive_share", "hand_overs"} <= {*names}
+    for name in names:
+        if name in found.values:
+            value = values[f"{name}[standing]"][0]
+            told = found.values[name]
+            assert value == pytest.approx(told, nan_ok=True), name
