@@ -137,9 +137,10 @@ def trial_summary(
             " average.",
         ]
     gap, name, when = min(gaps)
+    moment = f"{number(when - start, 's')} s"
     near = f"{number(max(gap, 0.0), 'm')} m" if gap > 0 else "a contact"
     second = (
-        f"{it} came nearest to {name}, after {number(when - start, 's')} s: {near}"
+        f"{it} came nearest to {name}, after {moment}: {near}"
         f"{', from surface to surface' * (gap > 0)}."
     )
     touched = list(dict.fromkeys(who for gap, who, _ in gaps if gap <= 0))

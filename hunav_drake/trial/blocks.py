@@ -30,6 +30,7 @@ from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Evaluator
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.figure_config import Figures, figure_rows
+from hunav_drake.systems.people.names import people_ids
 from hunav_drake.systems.people.starts import draw_starts
 from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.planning import PlanningTask
@@ -516,6 +517,7 @@ def _sensing_task(
         figures=Figures(
             figure_rows([it.figure for it in part.scenario.humans]),
             lively=given.get("social_signals") is not None,
+            ids=people_ids(part.scenario.humans),
         ),
     )
 

@@ -15,11 +15,11 @@ from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
 from hunav_drake.trial.context_layout import (
     Checking,
-    abstract_states,
     free_ports,
     layout,
     leaves,
     misfit,
+    stored_states,
     vectors,
 )
 
@@ -103,7 +103,7 @@ def _arrays(diagram: Diagram, context: Context) -> dict[str, Array]:
             values = vector.CopyToVector()
             _check_values(system, name, values, defaults[name].CopyToVector())
             arrays[f"{key}/{name}"] = values
-        for i, value in abstract_states(system, own):
+        for i, value in stored_states(system, own):
             for name, array in value.to_arrays().items():
                 arrays[f"{key}/abstract/{i}/{name}"] = array
     return arrays
@@ -190,7 +190,7 @@ def _fill(diagram: Diagram, context: Context, arrays: dict[str, Array]) -> None:
                 system.CheckContext(own)
             except ValueError as error:
                 raise ValueError(f"{place}: {error}") from error
-        for i, value in abstract_states(system, own):
+        for i, value in stored_states(system, own):
             head = f"{key}/abstract/{i}/"
             stored = {
                 name.removeprefix(head): array

@@ -50,13 +50,10 @@ class Checking(Protocol):
         """
 
 
-def abstract_states(
-    system: System, context: Context
-) -> Iterator[tuple[int, Storable]]:
-    """Yields the saved abstract states of a leaf with their indices.
+def abstract_states(context: Context) -> Iterator[tuple[int, Any]]:
+    """Yields the abstract states of a leaf with their indices.
 
-    Raises:
-        ValueError: If a state cannot be saved.
+    The value is None for one without a Python type.
     """
     for i in range(context.num_abstract_states()):
         try:
@@ -67,6 +64,18 @@ def abstract_states(
             if "DiscreteStepMemory" in str(error):
                 continue
             value = None
+        yield i, value
+
+
+def stored_states(
+    system: System, context: Context
+) -> Iterator[tuple[int, Storable]]:
+    """Yields the saved abstract states of a leaf with their indices.
+
+    Raises:
+        ValueError: If a state cannot be saved.
+    """
+    for i, value in abstract_states(context):
         if not isinstance(value, Storable):
             raise ValueError(
                 f"{system.GetSystemPathname()} has an abstract state of type"

@@ -9,7 +9,9 @@ from pydrake.systems.framework import Context, Diagram, InputPort, System
 from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.sensing.sensor_config import name_sensors
 from hunav_drake.trial.context_layout import (
+    Storable,
     abstract_states,
     free_ports,
     leaves,
@@ -31,8 +33,8 @@ def TransferContext(
     model, to answer "what if". People, robot, recording, goal and fixed values
     of input ports keep their state, bit for bit. Planner, perception and
     sensors keep theirs if kind and parameters are the same, and a localization
-    its error, if both diagrams have one. Otherwise they
-    start anew, a planner with the last command to the robot.
+    its error, if both diagrams have one. Otherwise they start anew, a planner
+    with the last command to the robot.
 
     Args:
         diagram: The diagram of the trial, from `MakeTrialDiagram`.
@@ -64,6 +66,7 @@ def TransferContext(
     result.SetTime(context.get_time())
     sources = {_path(system): system for _, system in leaves(diagram)}
     targets = {_path(system): system for _, system in leaves(other)}
+    was, now = _own_parameters(diagram), _own_parameters(other)
     kept = set()
     for path in dict.fromkeys([*sources, *targets]):
         source, target = sources.get(path), targets.get(path)
@@ -82,8 +85,11 @@ def TransferContext(
             old = source.GetMyContextFromRoot(context)
             new = target.GetMyMutableContextFromRoot(result)
             difference = _difference(source, old, target, new)
+            part = path.split("/")[0]
+            if not memory(source) and was.get(part) != now.get(part):
+                difference = difference or "its parameters differ"
             if not difference:
-                _copy(source, old, new)
+                _copy(old, new)
                 kept.add(path)
         if difference and not _begins_anew(path, other):
             raise ValueError(
@@ -120,6 +126,17 @@ def _given(diagram: Diagram) -> dict[str, Any]:
         "evaluator": plain(scenario.evaluator),
         "time_step": scenario.simulation.time_step,
     }
+
+
+def _own_parameters(diagram: Diagram) -> dict[str, Any]:
+    """Returns the parameters of planners and sensors, by their systems."""
+    found = {}
+    for part in robot_parts(diagram.scenario):
+        found[f"{part.prefix}planner"] = plain(part.scenario.planner)
+        sensors = part.scenario.sensors
+        for name, sensor in zip(name_sensors(sensors), sensors, strict=True):
+            found[f"{part.prefix}sensor_{name}"] = plain(sensor)
+    return found
 
 
 def _first_difference(was: Any, now: Any, path: str) -> str:
@@ -198,14 +215,19 @@ def _joints(system: System) -> list[str]:
     return [*system.GetPositionNames(), *system.GetVelocityNames()]
 
 
-def _copy(source: System, old: Context, new: Context) -> None:
-    """Copies the parts of a leaf's Context that `SaveContext` saves."""
+def _copy(old: Context, new: Context) -> None:
+    """Copies the state and the parameters of a leaf's Context."""
     values = dict(vectors(old))
     for name, vector in vectors(new, mutable=True):
         if name in values:
             vector.SetFromVector(values[name].CopyToVector())
-    for i, value in abstract_states(source, old):
-        new.SetAbstractState(i, value)
+    for i, value in abstract_states(old):
+        if isinstance(value, Storable):
+            new.SetAbstractState(i, value)
+        else:
+            # (A copy, as in a clone.)
+            part = new.get_mutable_abstract_state(i)
+            part.SetFrom(old.get_abstract_state(i))
 
 
 def _fix_inputs(

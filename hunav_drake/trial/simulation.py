@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from pydrake.common import RandomGenerator
-from pydrake.systems.analysis import Simulator
+from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from hunav_drake.scenario import SaveScenario
@@ -70,8 +70,9 @@ def MakeTrialSimulator(
     """
     if context is None:
         simulator = Simulator(diagram)
+    elif _skip_done_updates(diagram, context):
+        simulator = _LaterSimulator(diagram, context)
     else:
-        _skip_done_updates(diagram, context)
         simulator = Simulator(diagram, context)
     status = diagram.GetOutputPort("trial_status")
     trial = diagram.GetSubsystemByName("monitor")
@@ -95,16 +96,35 @@ def MakeTrialSimulator(
     return simulator
 
 
-def _skip_done_updates(diagram: Diagram, context: Context) -> None:
+def _skip_done_updates(diagram: Diagram, context: Context) -> bool:
     """Keeps a new simulator from repeating the updates of an instant.
 
     A simulator begins with the updates at the current time. If these are done,
     as after a second `AdvanceTo` to the same time, it must begin just after.
+    Returns whether it does.
     """
     monitor = diagram.GetSubsystemByName("monitor")
-    if monitor.HasUpdated(monitor.GetMyContextFromRoot(context)):
-        present = context.get_time()
-        context.SetTime(max(math.nextafter(present, math.inf), 1e-15))
+    if not monitor.HasUpdated(monitor.GetMyContextFromRoot(context)):
+        return False
+    context.SetTime(_just_after(context.get_time()))
+    return True
+
+
+def _just_after(time: float) -> float:
+    return max(math.nextafter(time, math.inf), 1e-15)
+
+
+class _LaterSimulator(Simulator):
+    """A simulator that begins just after an instant, and takes it for done."""
+
+    def AdvanceTo(
+        self, boundary_time: float, interruptible: bool = True
+    ) -> SimulatorStatus:
+        """Advances to a time; nothing happens if it is that instant."""
+        present = self.get_context().get_time()
+        if _just_after(boundary_time) == present:
+            boundary_time = present
+        return super().AdvanceTo(boundary_time, interruptible)
 
 
 # The text of a PlannerError.

@@ -25,11 +25,12 @@ class Sampling:
 
     It is a second base class of such a system.
 
-    A discrete state holds the last sample and its number (-1 before the
-    first); a numeric parameter holds the seed, in two halves. A sample of the
-    current instant is there at once, before the update that stores it. The
-    state is updated every time step, for any period, so that all parts of a
-    trial move at the same instants.
+    A discrete state holds the last sample and the step of it (-1 before the
+    first), so that a system with another period can go on from it; a numeric
+    parameter holds the seed, in two halves. A sample of the current instant is
+    there at once, before the update that stores it. The state is updated every
+    time step, for any period, so that all parts of a trial move at the same
+    instants.
     """
 
     # Of the LeafSystem.
@@ -83,20 +84,26 @@ class Sampling:
         steps = math.floor(time / self._time_step + 1e-6)
         return steps // self._steps_per_sample
 
+    def _IsDue(self, context: Context, number: int) -> bool:
+        """Returns whether a sample of this number is not yet held."""
+        held = context.get_discrete_state(self._held).value()
+        return bool(held[-1] < number * self._steps_per_sample)
+
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
-        """Returns a sample; `held` are the last one and its number."""
+        """Returns a sample; `held` are the last one and its step."""
         raise NotImplementedError
 
     def _CalcSample(self, context: Context, output: BasicVector) -> None:
         held = context.get_discrete_state(self._held).value()
         number = self._SampleNumber(context)
-        is_new = held[-1] < number
+        is_new = self._IsDue(context, number)
         output.SetFromVector(
             self._Measure(context, held, number) if is_new else held[:-1]
         )
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         number = self._SampleNumber(context)
-        if context.get_discrete_state(self._held).value()[-1] < number:
+        if self._IsDue(context, number):
             sample = self._samples.Eval(context).tolist()
-            discrete_state.set_value(self._held, [*sample, number])
+            step = number * self._steps_per_sample
+            discrete_state.set_value(self._held, [*sample, step])

@@ -1,6 +1,7 @@
 """The LeafSystem that moves the people."""
 
 from collections.abc import Sequence
+import copy
 import sys
 from typing import Any
 
@@ -152,7 +153,8 @@ def HumanCrowd_(T: Any) -> type:
             check_count("num_robots", num_robots)
             check_number("start_jitter", start_jitter, "m")
             config = config or CrowdConfig()
-            self._humans = tuple(humans)
+            # (Later changes of a person do not count.)
+            self._humans = tuple(map(copy.copy, humans))
             self._profile = config.profile
             self._start_jitter = start_jitter
             # A copy for another scalar type has the same options.
@@ -300,7 +302,8 @@ def HumanCrowd_(T: Any) -> type:
 
             Raises:
                 TypeError: If this is a `HumanCrowd_[AutoDiffXd]`.
-                ValueError: If the model of motion has no derivatives.
+                ValueError: If the model of motion has no derivatives, or
+                    somebody sits, lies, sits down or stands up.
             """
             if T is not float:
                 raise TypeError("CalcJacobian is for HumanCrowd_[float]")

@@ -315,11 +315,12 @@ class CrowdStep:
         Nothing acts on people who are placed (`Hold.PLACED`).
 
         Raises:
-            ValueError: If the model returns something else.
+            ValueError: If the model returns something else, or somebody is
+                placed and derivatives are asked for.
         """
-        if snapshot.command.dtype != object and any_placed(
-            snapshot.command.ravel()
-        ):
+        if snapshot.command.dtype == object:
+            _check_nobody_is_placed(snapshot)
+        elif any_placed(snapshot.command.ravel()):
             nobody = np.zeros(len(snapshot.states), dtype=np.bool_)
             nexts = np.zeros((0, STATE_SIZE))
             return self.advance_others(snapshot, forces, stances, nobody, nexts)
@@ -424,7 +425,11 @@ class CrowdStep:
 
         They are those of the social force model: see `check_derivatives`. All
         arrays are of floats.
+
+        Raises:
+            ValueError: If somebody is placed.
         """
+        _check_nobody_is_placed(snapshot)
         # This is rarely needed, and takes a moment to load.
         from hunav_drake.systems.crowd.social_force.jacobian import (
             step_jacobian,
@@ -445,6 +450,23 @@ class CrowdStep:
             (len(snapshot.states), MOTION_SIZE),
             self._name,
             "advance",
+        )
+
+
+def _check_nobody_is_placed(snapshot: Snapshot) -> None:
+    """Checks that there are derivatives.
+
+    Raises:
+        ValueError: If there are none, because somebody is placed.
+    """
+    placed = np.flatnonzero(
+        plain(snapshot.command)[:, Command.HOLD] == Hold.PLACED
+    )
+    if len(placed):
+        raise ValueError(
+            "the step of people who sit, lie, sit down or stand up has no"
+            f" derivatives; these are in the rows {placed.tolist()}; use an"
+            " instant at which nobody does"
         )
 
 

@@ -101,10 +101,17 @@ class Figures(NamedTuple):
     Attributes:
         rows: Shape (n, 3): see `figure_rows`.
         lively: Whether they sit as they show it.
+        ids: The numbers of the people, which tell their steps apart; None for
+            1, 2, ...
     """
 
     rows: Array
     lively: bool = False
+    ids: Sequence[int] | None = None
+
+    def numbers(self) -> Sequence[int]:
+        """Returns the numbers of the people."""
+        return range(1, len(self.rows) + 1) if self.ids is None else self.ids
 
 
 def height_of_age(age: ArrayLike) -> Array:

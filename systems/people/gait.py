@@ -7,6 +7,7 @@ not. Compiled, because it runs once per step also when nobody looks.
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
@@ -61,17 +62,19 @@ FIGURE_SIZE = 10
 ABSENT = 1e4
 
 
-def initial_gait(n: int) -> Array:
-    """Returns the gait of `n` people who stand, shape (4n,).
+def initial_gait(ids: ArrayLike) -> Array:
+    """Returns the gait of n people who stand, shape (4n,).
 
     The phases are spread by the golden angle, so that people who set off
     together do not march in step. The last positions are `ABSENT`.
+
+    Args:
+        ids: The numbers of the people, shape (n,), from 1.
     """
-    gait = np.zeros((n, GAIT_SIZE))
+    numbers = np.asarray(ids, dtype=float) - 1
+    gait = np.zeros((len(numbers), GAIT_SIZE))
     gait[:, LAST_X:] = ABSENT
-    gait[:, PHASE] = (
-        np.arange(n) * (math.pi * (3 - math.sqrt(5))) % (2 * math.pi)
-    )
+    gait[:, PHASE] = numbers * (math.pi * (3 - math.sqrt(5))) % (2 * math.pi)
     return gait.ravel()
 
 

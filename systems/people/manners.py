@@ -6,6 +6,7 @@ Only what is drawn depends on it; bodies stay upright discs.
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.kernels import jit
@@ -77,12 +78,16 @@ _BECKON, _FIRST = float(Gesture.BECKON), float(Gesture.YOU_FIRST)
 _SEAT, _LYING = float(Posture.SEATED), float(Posture.LYING)
 
 
-def initial_manners(n: int) -> Array:
-    """Returns the state of n people who stand, shape (9n,)."""
-    manners = np.zeros((n, MANNER_SIZE))
+def initial_manners(ids: ArrayLike) -> Array:
+    """Returns the state of n people who stand, shape (9n,).
+
+    `ids` are the numbers of the people, shape (n,), from 1.
+    """
+    numbers = np.asarray(ids, dtype=float) - 1
+    manners = np.zeros((len(numbers), MANNER_SIZE))
     manners[:, ARMS + 2 : TIME] = _REST
     # (Those who talk do not gesture in step.)
-    manners[:, TIME] = np.arange(n) * 7.3 % _REPEAT
+    manners[:, TIME] = numbers * 7.3 % _REPEAT
     return manners.ravel()
 
 

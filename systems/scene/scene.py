@@ -21,10 +21,10 @@ from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
-from hunav_drake.systems.people.figure_config import Held, figure_rows
+from hunav_drake.systems.people.figure_config import Figures, Held, figure_rows
 from hunav_drake.systems.people.gait import FIGURE_SIZE
 from hunav_drake.systems.people.human_config import HumanConfig
-from hunav_drake.systems.people.names import people_names
+from hunav_drake.systems.people.names import people_ids, people_names
 from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.systems.scene.bounds import (
     Robots,
@@ -295,7 +295,10 @@ def AddKinematics(
             {name: joint_positions(j) for name, j in robot_joints.items()},
             num_positions=plant.num_positions(),
             time_step=time_step,
-            figures=figure_rows([it.figure for it in humans]),
+            figures=Figures(
+                figure_rows([it.figure for it in humans]),
+                ids=people_ids(humans),
+            ),
         ),
     )
     poses = builder.AddNamedSystem(

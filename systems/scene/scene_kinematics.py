@@ -16,7 +16,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.checks import check_time_step
 from hunav_drake.systems.common.layout import SIGNAL_SIZE, STATE_SIZE, YAW
-from hunav_drake.systems.people.figure_config import adult_figures
+from hunav_drake.systems.people.figure_config import Figures, adult_figures
 from hunav_drake.systems.people.gait import (
     advance_gait,
     initial_gait,
@@ -63,7 +63,7 @@ class SceneKinematics(LeafSystem):
         *,
         num_positions: int,
         time_step: float = 0.05,
-        figures: ArrayLike | None = None,
+        figures: Figures | None = None,
     ) -> None:
         """Constructs a SceneKinematics.
 
@@ -71,8 +71,8 @@ class SceneKinematics(LeafSystem):
         positions in those of the plant (in the order of `gait`), of lively
         figures (n, 14), and
         `robot_positions` those of x, y and yaw of each robot, by its name,
-        which is empty for a single one. `figures` are the `figure_rows` of the
-        people, by default adults.
+        which is empty for a single one. `figures` are those of the people,
+        by default adults.
         """
         super().__init__()
         self._human_positions = np.asarray(human_positions, dtype=np.int64)
@@ -80,8 +80,8 @@ class SceneKinematics(LeafSystem):
             np.asarray(it, dtype=np.int64) for it in robot_positions.values()
         ]
         if figures is None:
-            figures = adult_figures(len(self._human_positions))
-        self._figures = np.asarray(figures, dtype=float)
+            figures = Figures(adult_figures(len(self._human_positions)))
+        self._figures = np.asarray(figures.rows, dtype=float)
         self._num_positions = num_positions
         self._time_step = check_time_step(time_step)
 
@@ -99,13 +99,15 @@ class SceneKinematics(LeafSystem):
             "positions", num_positions, self._CalcPositions
         )
         n, size = self._human_positions.shape
-        self._gait = self.DeclareDiscreteState(initial_gait(n))
+        self._gait = self.DeclareDiscreteState(initial_gait(figures.numbers()))
         self._signals: InputPort | None = None
         if size == LIVELY_SIZE:
             self._signals = self.DeclareVectorInputPort(
                 "social_signals", SIGNAL_SIZE * n
             )
-            self._manners = self.DeclareDiscreteState(initial_manners(n))
+            self._manners = self.DeclareDiscreteState(
+                initial_manners(figures.numbers())
+            )
         if len(self._human_positions):
             self.DeclarePeriodicDiscreteUpdateEvent(
                 period_sec=time_step, offset_sec=0.0, update=self._Advance

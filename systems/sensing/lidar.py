@@ -86,7 +86,7 @@ class Lidar(Sampling, LeafSystem):
     always finite, and near obstacles are never lost. `scan_points` converts
     them to points.
 
-    The discrete state holds the last scan and its number (-1 before the first);
+    The discrete state holds the last scan and its step (-1 before the first);
     a second group, for lidars that detect legs, holds the gait of each person,
     and a third one, if they are lively, their `manners`.
     A numeric parameter holds the seed, in two halves. The state is updated
@@ -166,11 +166,10 @@ class Lidar(Sampling, LeafSystem):
                     f"figures.rows: must have the shape ({num_humans},"
                     f" {BODY_SIZE}), got {self._figures.shape}"
                 )
-            self._gait = self.DeclareDiscreteState(initial_gait(num_humans))
+            ids = figures.numbers()
+            self._gait = self.DeclareDiscreteState(initial_gait(ids))
             if figures.lively:
-                self._manners = self.DeclareDiscreteState(
-                    initial_manners(num_humans)
-                )
+                self._manners = self.DeclareDiscreteState(initial_manners(ids))
                 self._signals = self.DeclareVectorInputPort(
                     "social_signals", SIGNAL_SIZE * num_humans
                 )
@@ -199,6 +198,10 @@ class Lidar(Sampling, LeafSystem):
     def get_scan_output_port(self) -> OutputPort:
         """Returns the port with the distances."""
         return self._samples
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the state depends on: the parameters of the lidar."""
+        return [f"of {self._config}"]
 
     def _Measure(self, context: Context, held: Array, number: int) -> Array:
         config = self._config

@@ -1,5 +1,6 @@
 """The LeafSystem that detects people with errors."""
 
+from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -67,7 +68,7 @@ class PeopleDetector(Sampling, VisiblePeople):
 
     The ports are those of `VisiblePeople`; after the rows of people and robots
     come `config.num_false_rows` for false detections. Draws depend on the seed,
-    the number of the detector, the row and the number of the detection. For the
+    the number of the detector, that of the person and that of the detection. For the
     state see `Sampling`: a sample holds the rows.
     """
 
@@ -83,8 +84,12 @@ class PeopleDetector(Sampling, VisiblePeople):
         time_step: float = 0.05,
         seed: int = 0,
         number: int = 0,
+        human_ids: Sequence[int] | None = None,
     ) -> None:
         """Constructs a PeopleDetector; see `Lidar` and `VisiblePeople`.
+
+        ``human_ids`` are the numbers of the people, on which their errors
+        depend; by default 1, 2, ...
 
         Raises:
             ValueError: If a number is out of its range, or the period of the
@@ -108,10 +113,19 @@ class PeopleDetector(Sampling, VisiblePeople):
             seed=seed,
             number=number,
         )
+        ids = range(1, num_humans + 1) if human_ids is None else human_ids
+        # Streams of draws: of people by their numbers, then of other robots.
+        most = max(ids, default=0)
+        self._ids = [(i - 1) % 2**31 for i in ids]
+        self._ids += range(most, most + self._num_bodies - num_humans)
         begun = config.false_rate * config.period
         # The probabilities that at most 0, 1, ... begin in a period.
         self._at_most = pdtr(np.arange(num_false), begun)
         self._lasting = math.exp(-config.period / config.false_duration)
+
+    def DescribeMemory(self) -> list[str]:
+        """Returns what the state depends on: the parameters of the detector."""
+        return [f"of {self._config}"]
 
     def _CalcVisible(self, context: Context, output: BasicVector) -> None:
         rows = self._visible_people.Eval(context).reshape(-1, STATE_SIZE)
@@ -130,8 +144,8 @@ class PeopleDetector(Sampling, VisiblePeople):
         rows = bodies.reshape(-1, STATE_SIZE).copy()
         x, y, _ = self._Pose(context)
         away = np.hypot(rows[:, X] - x, rows[:, Y] - y)
-        # A stream for each row: people do not change the draws of others.
-        ids = [(self._number << 20) + i for i in range(n)]
+        # People do not change the draws of others.
+        ids = [(self._number << 20) + i for i in self._ids]
         purpose = Purpose.MISSED_DETECTION
         (chances,) = draw_uniform(seed, ids, purpose, 1, step=number).T
         seen &= chances >= config.missed + config.missed_per_meter * away

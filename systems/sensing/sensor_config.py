@@ -165,6 +165,7 @@ class PeopleDetectorConfig(Delayed, DetectorParameters, SensorConfig):
             time_step=task.time_step,
             seed=task.seed,
             number=task.number,
+            human_ids=task.figures.ids if task.figures else None,
         )
         return MakeDelayed(detector, self.delay, task.time_step)
 

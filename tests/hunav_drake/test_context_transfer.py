@@ -4,6 +4,9 @@ from importlib.resources import files
 import re
 
 import numpy as np
+from pydantic.dataclasses import dataclass
+from pydrake.common.value import Value
+from pydrake.systems.framework import LeafSystem
 import pytest
 
 from hunav_drake import (
@@ -14,8 +17,11 @@ from hunav_drake import (
     TransferContext,
 )
 from hunav_drake.systems import robot
+from hunav_drake.systems.common.sampling import Sampling
+from hunav_drake.systems.planning import PlannerConfig, register_planner
 from hunav_drake.systems.robot.drives import DifferentialWheels
 from hunav_drake.systems.robot.robots import UrdfRobot
+from hunav_drake.trial.context_layout import leaves
 
 
 def scenario(name, *overrides):
@@ -272,3 +278,92 @@ def test_fixed_inputs_are_taken_over():
     )
     with pytest.raises(ValueError, match=r"the input scene/.* a fixed value"):
         TransferContext(diagram, context, other)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "change", "due"),
+    [
+        # The lidar's period is that of the planner.
+        ("planner={type: orca, sees: lidar}", "planner.period=0.2", 3.2),
+        ("sensors=[{type: lidar, period: 0.1}]", "sensors[0].period=0.4", 3.2),
+        ("crowd.decisions={period: 0.5}", "crowd.decisions.period=2.0", 4.0),
+    ],
+)
+def test_samples_go_on_with_another_period(overrides, change, due):
+    """They do not wait until the number of samples is that of before."""
+    diagram = MakeTrialDiagram(scenario("crossing", overrides))
+    simulator = at(diagram, 3.0)
+    other = MakeTrialDiagram(scenario("crossing", overrides, change))
+    taken = TransferContext(diagram, simulator.get_context(), other)
+    (system,) = (
+        it
+        for _, it in leaves(other)
+        if isinstance(it, Sampling) and it.get_name() != "localization"
+    )
+    fork = MakeTrialSimulator(other, taken)
+    fork.AdvanceTo(3.05)
+    port = system.get_output_port(0)
+    own = system.GetMyContextFromRoot(fork.get_context())
+    held = port.Eval(own)
+    while np.array_equal(port.Eval(own), held):
+        assert own.get_time() < due + 0.01
+        fork.AdvanceTo(own.get_time() + 0.05)
+    assert own.get_time() == pytest.approx(due)
+
+
+class Counter(LeafSystem):
+    """A planner of users, with a state that they may not be able to save."""
+
+    def __init__(self, speed, stored, num_humans):
+        super().__init__()
+        self.DeclareVectorInputPort("robot_state", 7)
+        self.DeclareVectorInputPort("human_states", 7 * num_humans)
+        self.DeclareVectorInputPort("goal", 3)
+        if stored:
+            self.DeclareDiscreteState([speed])
+        else:
+            self.DeclareAbstractState(Value((speed,)))
+
+        def command(context, output):
+            if stored:
+                (now,) = context.get_discrete_state(0).value()
+            else:
+                (now,) = context.get_abstract_state(0).get_value()
+            output.SetFromVector([now, 0.0])
+
+        self.DeclareVectorOutputPort("velocity_command", 2, command)
+        self.DeclareVectorOutputPort("status", 1, lambda *_: None)
+        self.DeclareAbstractOutputPort(
+            "path", lambda: Value(np.zeros((0, 2))), lambda *_: None
+        )
+
+
+@pytest.mark.parametrize("stored", [True, False])
+def test_states_of_own_planners_are_copied_or_begin_anew(stored):
+    name = f"counter_{stored}"
+
+    @register_planner(name)
+    @dataclass
+    class CounterPlanner(PlannerConfig):
+        speed: float = 0.5
+
+        def MakeSystem(self, task):
+            return Counter(self.speed, stored, task.num_humans)
+
+    diagram = MakeTrialDiagram(
+        scenario("passing", f"planner={{type: {name}, speed: 0.3}}")
+    )
+    simulator = at(diagram, 1.0)
+    planner = diagram.GetSubsystemByName("planner")
+    own = planner.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    if stored:
+        own.SetDiscreteState([0.4])
+    else:
+        own.SetAbstractState(0, (0.4,))
+    for speed, command in ((0.3, 0.4), (0.6, 0.6)):
+        other = MakeTrialDiagram(
+            scenario("passing", f"planner={{type: {name}, speed: {speed}}}")
+        )
+        taken = TransferContext(diagram, simulator.get_context(), other)
+        port = other.GetOutputPort("velocity_command")
+        assert port.Eval(taken)[0] == command

@@ -450,3 +450,35 @@ def test_a_recording_begun_by_a_trigger_is_for_a_diagram(passing):
     simulator.AdvanceTo(2.0)
     result = GetTrialResult(scenario, diagram, simulator.get_context())
     assert result.recording.times[0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("sees", ["lidar", "detector"])
+def test_the_order_of_people_does_not_matter_to_sensors(sees):
+    """Legs and errors of detections follow people's numbers."""
+    overrides = [
+        f"planner={{type: sfm, sees: {sees}}}",
+        "simulation.duration=6.0",
+        *(f"humans[{i}].id={11 + 3 * i}" for i in range(4)),
+    ]
+    scenario = LoadScenario(filename="crossing", overrides=overrides)
+    backwards = dataclasses.replace(scenario, humans=scenario.humans[::-1])
+    plain, permuted = (RunTrial(it).recording for it in (scenario, backwards))
+    np.testing.assert_allclose(permuted.robot, plain.robot, atol=1e-9)
+    other = LoadScenario(
+        filename="crossing", overrides=[*overrides, "humans[0].id=71"]
+    )
+    assert np.abs(RunTrial(other).recording.robot - plain.robot).max() > 1e-3
+
+
+@pytest.mark.parametrize("time", [0.0, 2.0])
+def test_a_fork_may_advance_to_its_own_instant(diagram, time):
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(time)
+    simulator.AdvanceTo(time)
+    fork = MakeTrialSimulator(diagram, simulator.get_context().Clone())
+    fork.AdvanceTo(time)
+    for each in (simulator, fork):
+        each.AdvanceTo(time + 1.0)
+    np.testing.assert_equal(
+        *(port_values(diagram, it.get_context()) for it in (simulator, fork))
+    )

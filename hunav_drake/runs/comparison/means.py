@@ -1,6 +1,6 @@
 """Means over the runs of a suite, and their bootstrap samples."""
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -16,7 +16,12 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource
 import pytest
 
-from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
+from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
+    Command,
+    Hold,
+    RobotRole,
+)
 from hunav_drake.systems.crowd import (
     CrowdConfig,
     HumanCrowd,
@@ -310,3 +315,17 @@ def test_only_plain_crowds_calculate_the_jacobian():
     converted = dut.ToAutoDiffXd()
     with pytest.raises(TypeError, match="HumanCrowd_\\[float\\]"):
         converted.CalcJacobian(converted.CreateDefaultContext())
+
+
+def test_people_who_are_placed_have_no_derivatives():
+    """They would be moved by forces: AutoDiff's step would be another one."""
+    dut, context = make_moody_crowd(1)
+    commands = dut.get_commands_input_port().Eval(context)
+    rows = commands.reshape(N, COMMAND_SIZE)
+    rows[[1, 4], Command.HOLD] = Hold.PLACED
+    dut.get_commands_input_port().FixValue(context, rows.ravel())
+    message = r"no derivatives; these are in the rows \[1, 4\]"
+    with pytest.raises(ValueError, match=message):
+        dut.CalcJacobian(context)
+    with pytest.raises(ValueError, match=message):
+        autodiff_step(dut, context)

@@ -17,7 +17,9 @@ def walker(speed: float, yaw: float = 0.0, direction: float | None = None):
 
 
 def standing(*phases: float) -> np.ndarray:
-    gait = mut.initial_gait(len(phases)).reshape(-1, mut.GAIT_SIZE)
+    gait = mut.initial_gait(np.arange(len(phases)) + 1).reshape(
+        -1, mut.GAIT_SIZE
+    )
     gait[:, mut.PHASE] = phases
     return gait.ravel()
 

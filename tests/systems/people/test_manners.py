@@ -45,7 +45,7 @@ def shown(n, **more):
 
 def after(seconds, signals, states, robots=NO_ROBOTS, start=None):
     n = len(signals) // SIGNAL_SIZE
-    manners = mut.initial_manners(n) if start is None else start
+    manners = mut.initial_manners(np.arange(n) + 1) if start is None else start
     for _ in range(round(seconds / DT)):
         manners = mut.advance_manners(manners, signals, states, robots, DT)
     return manners
@@ -54,7 +54,7 @@ def after(seconds, signals, states, robots=NO_ROBOTS, start=None):
 def figures(manners, states, bodies=None):
     n = len(states) // 7
     bodies = adult_figures(n) if bodies is None else bodies
-    walking = pose_figures(initial_gait(n), states, bodies)
+    walking = pose_figures(initial_gait(np.arange(n) + 1), states, bodies)
     return mut.hold_figures(walking, manners, bodies), walking
 
 

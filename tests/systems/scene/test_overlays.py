@@ -393,7 +393,7 @@ def test_dots_of_walked_paths_lie_where_people_were(meshcat, monkeypatch):
 def test_who_is_absent_is_far_away_and_comes_back_standing():
     states = STATES.copy()
     states[1] = np.nan
-    before = gait.initial_gait(2)
+    before = gait.initial_gait([1, 2])
     before[gait.GAIT_SIZE + gait.PACE] = 1.2
     after = gait.advance_gait(before, states.ravel(), 0.05)
     assert np.isfinite(after).all()

@@ -224,7 +224,7 @@ def test_a_plane_above_the_legs_meets_the_trunk(figure, height):
 @pytest.mark.parametrize("height", [0.6, 0.65, 0.7])
 def test_the_smallest_are_seen_by_the_highest_planes(height):
     figure = figure_rows([FigureConfig(height=0.8)])
-    gait, states = initial_gait(1), rows((0, 0)).ravel()
+    gait, states = initial_gait([1]), rows((0, 0)).ravel()
     gait[1] = states[3] = 1.2
     for phase in np.linspace(0, 2 * np.pi, 40, endpoint=False):
         gait[0] = phase
@@ -236,7 +236,7 @@ def test_the_smallest_are_seen_by_the_highest_planes(height):
 
 def test_the_trunk_of_who_bows_is_where_it_is_drawn():
     row, states = figure_rows([FigureConfig(height=1.2)]), rows((0, 0)).ravel()
-    figures = pose_figures(initial_gait(1), states, row)
+    figures = pose_figures(initial_gait([1]), states, row)
     bowed = np.zeros((1, LIVELY_SIZE))
     bowed[:, : figures.shape[1]] = figures
     bowed[0, HIP_HEIGHT], bowed[0, LEAN] = 0.4, 0.5
@@ -290,7 +290,7 @@ def test_scene_and_lidar_walk_in_step():
     kinematics = scene.GetSubsystemByName("kinematics")
     own = kinematics.GetMyContextFromRoot(dut.context)
     figure = own.get_discrete_state(0).value()
-    before = initial_gait(len(figure) // GAIT_SIZE)
+    before = initial_gait(np.arange(len(figure) // GAIT_SIZE) + 1)
     assert (figure[::GAIT_SIZE] != before[::GAIT_SIZE]).any()
     np.testing.assert_array_equal(dut.gait(), figure)
 
@@ -311,7 +311,7 @@ def test_a_person_who_stands_has_two_legs():
 
 def test_a_foot_in_the_air_is_above_a_low_plane():
     """Now and then, a plane below the ankles meets one foot alone."""
-    gait = initial_gait(1)
+    gait = initial_gait([1])
     gait[1] = 1.4
     states = rows((0, 0))
     states[0, 3] = 1.4
