@@ -250,8 +250,11 @@ def arrivals(runs: pd.DataFrame, metric: str = "") -> Array:
     """
     own = metric.removesuffix(base_name(metric)) + RATES[0]
     if own == RATES[0] or own not in runs:
-        return runs[arrival_rates(runs)].min(axis=1).to_numpy(dtype=float)
-    return runs[own].to_numpy(dtype=float)
+        own_rates = runs[arrival_rates(runs)].min(axis=1)
+    else:
+        own_rates = runs[own]
+    rates: Array = own_rates.to_numpy(dtype=float)
+    return rates
 
 
 def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.evaluation.compute import Evaluation
 from hunav_drake.systems.evaluation.metric import METRICS, SITUATIONS_FAMILY
 from hunav_drake.systems.evaluation.metrics import reduce
@@ -19,7 +19,7 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situation_labels import LABELS
 from hunav_drake.systems.evaluation.situations import FindSituations
 
-_ToNumbers = Callable[[Recording], Array]
+_ToNumbers = Callable[[Recording], Array | Mask]
 _ToValue = Callable[[Array], float]
 
 # What is told of a label itself: its name, and its column in `shares`.
@@ -129,7 +129,7 @@ def _series(
             result[name] = series, np.fmin.reduce
         elif name in _MADE_OF:
             numbers, how = _MADE_OF[name]
-            result[name] = numbers(recording), how
+            result[name] = np.asarray(numbers(recording), dtype=float), how
         elif key in found.series and name in METRICS:
             series = found.series[key][: len(recording)]
             if name in _COUNTED:

@@ -68,8 +68,8 @@ class PeopleDetector(Sampling, VisiblePeople):
 
     The ports are those of `VisiblePeople`; after the rows of people and robots
     come `config.num_false_rows` for false detections. Draws depend on the seed,
-    the number of the detector, that of the person and that of the detection. For the
-    state see `Sampling`: a sample holds the rows.
+    the number of the detector, that of the person and that of the detection.
+    For the state see `Sampling`: a sample holds the rows.
     """
 
     _config: DetectorParameters
