@@ -222,6 +222,11 @@ def _fork(options: argparse.Namespace) -> Any:
     """Returns the scenario, its diagram and the Context at the instant."""
     more = []
     if options.seed is not None:
+        if options.file is not None:
+            raise InputError(
+                "--seed does not go with --from: a saved Context has the seed"
+                " of its trial; leave --seed out"
+            )
         more.append(f"simulation.seed={options.seed}")
     scenario = load_scenario(options.scenario, options, more)
     if options.out is not None:

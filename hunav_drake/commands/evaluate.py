@@ -28,6 +28,7 @@ def evaluate_file(
     goal: str | None = None,
     goal_tolerance: str | None = None,
     walls: str | None = None,
+    walls_name: str | None = None,
     reference: Path | None = None,
     topics: Mapping[str, str] | None = None,
 ) -> TrialResult:
@@ -55,7 +56,7 @@ def evaluate_file(
             )
         changes |= _tolerance(goal_tolerance)
     if walls is not None:
-        changes |= {"obstacles": _walls(walls), "walls_known": True}
+        changes |= {"obstacles": _walls(walls, walls_name), "walls_known": True}
     # (Walls are those of all robots.)
     others = [dataclasses.replace(it, **changes) for it in recording.others]
     changes["others"] = tuple(others)
@@ -133,12 +134,13 @@ def _numbers(option: str, needed: str, text: str) -> list[float]:
     return numbers
 
 
-def _walls(text: str) -> Obstacles:
+def _walls(text: str, name: str | None) -> Obstacles:
     if text == NO_WALLS:
         return Obstacles.from_points([])
     from hunav_drake.scenario import LoadScenario
 
     try:
-        return LoadScenario(filename=text).world.obstacles()
+        scenario = LoadScenario(filename=text, scenario_name=name)
+        return scenario.world.obstacles()
     except ValueError as error:
         raise ValueError(f"--walls: {error}") from error

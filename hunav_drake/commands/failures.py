@@ -214,8 +214,8 @@ def _print_failures(failures: "Failures", options: argparse.Namespace) -> None:
     )
     if failures.refused == len(failures.runs):
         print(
-            "No scene was valid: people may start in walls, or too near the"
-            " robot; change the ranges, or require.start_gap"
+            f"No scene was valid, the first because: {failures.fault}. Change"
+            " the ranges, or require.start_gap."
         )
     if failures.scenes:
         print(table.to_string(index=False, float_format="{:.3g}".format))
@@ -228,8 +228,7 @@ def _print_failures(failures: "Failures", options: argparse.Namespace) -> None:
 def _risk(options: argparse.Namespace) -> int:
     from hunav_drake.runs.failures.risk import EstimateFailureProbability
 
-    more = [f"planner={options.planner}"] if options.planner else []
-    scenario = load_scenario(options.scenario, options, more)
+    scenario = load_scenario(options.scenario, options, planner=options.planner)
     if options.splitting:
         return _splitting(scenario, options)
     if options.repeats is not None:

@@ -45,6 +45,9 @@ def add_fit_options(fit: argparse.ArgumentParser) -> None:
         help="a scenario with the walls of the recordings (default: none)",
     )
     fit.add_argument(
+        "--name", help="the scenario of --walls, if the file holds several"
+    )
+    fit.add_argument(
         "--holdout",
         nargs="+",
         type=Path,
@@ -83,7 +86,8 @@ def _fit(options: argparse.Namespace) -> int:
     with input_errors(ValueError, ScenarioError):
         obstacles = None
         if options.walls is not None:
-            obstacles = LoadScenario(options.walls).world.obstacles()
+            scenario = LoadScenario(options.walls, scenario_name=options.name)
+            obstacles = scenario.world.obstacles()
         windows = [w for file in options.files for w in read_windows(file)]
         others = {str(it): read_windows(it) for it in options.holdout}
         fit = FitForces(

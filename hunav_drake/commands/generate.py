@@ -109,7 +109,9 @@ def _generate(options: argparse.Namespace) -> int:
     from hunav_drake.scenario.generate.kind import draw_scenario
 
     folder: Path | None = options.output
-    if options.seeds and (folder is None or folder.suffix):
+    if options.seeds and (
+        folder is None or (folder.suffix and not folder.is_dir())
+    ):
         raise InputError("--seeds needs a folder for its files: -o FOLDER")
     with input_errors(ValueError):
         kind = _kind(options)

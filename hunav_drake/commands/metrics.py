@@ -51,6 +51,9 @@ def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
         " have no value",
     )
     evaluate.add_argument(
+        "--name", help="the scenario of --walls, if the file holds several"
+    )
+    evaluate.add_argument(
         "--reference",
         metavar="FILE",
         type=Path,
@@ -121,6 +124,7 @@ def _evaluate(options: argparse.Namespace) -> int:
             goal=options.goal,
             goal_tolerance=options.goal_tolerance,
             walls=options.walls,
+            walls_name=options.name,
             reference=options.reference,
             topics={"people": options.people, "robot": options.robot},
         )

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 import contextlib
 import importlib.util
+import json
 from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
@@ -184,12 +185,19 @@ def progress_bar(
 
 
 def load_scenario(
-    scenario: str, options: Any, more: Sequence[str] = (), ways: bool = False
+    scenario: str,
+    options: Any,
+    more: Sequence[str] = (),
+    *,
+    ways: bool = False,
+    planner: str | None = None,
 ) -> "Scenario":
     """Loads a scenario, with the changes of the options.
 
-    The changes `more` are applied last; with `ways`, all goals must be
-    reachable. Errors in the scenario raise InputError.
+    A `planner` replaces that of the scenario, with its parameters, before
+    other changes, as in a suite. The changes `more` are applied last; with
+    `ways`, all goals must be reachable. Errors in the scenario raise
+    InputError.
     """
     from hunav_drake.scenario import LoadScenario, ScenarioError
 
@@ -200,7 +208,11 @@ def load_scenario(
         return LoadScenario(
             filename=scenario,
             scenario_name=options.name,
-            overrides=[*options.overrides, *more],
+            overrides=[
+                *([f"planner={json.dumps(planner)}"] if planner else []),
+                *options.overrides,
+                *more,
+            ],
             ways=ways,
         )
 

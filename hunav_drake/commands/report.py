@@ -133,7 +133,7 @@ def _report_runs(
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
     # Imported only now, because they take long to load.
-    from hunav_drake.report.writing import WriteReport
+    from hunav_drake.report.writing import WriteReport, without_duplicates
     from hunav_drake.runs.comparison.captions import made_by_text
     from hunav_drake.runs.run_table import WriteTables, tabulate_runs
 
@@ -141,8 +141,9 @@ def _report_runs(
     made_by = made_by_text(
         "", "", ", ".join(filter(None, dict.fromkeys(versions)))
     )
+    distinct, repeats = without_duplicates(results)
     with input_errors(ValueError):
-        more_lines = _write_more(tabulate_runs(results), made_by, options)
+        more_lines = _write_more(tabulate_runs(distinct), made_by, options)
         path = WriteReport(
             results,
             page,
@@ -151,7 +152,9 @@ def _report_runs(
             left_out=left_out,
         )
         table = WriteTables(results, path.parent)
-    runs = "1 run" if len(results) == 1 else f"{len(results)} runs"
+    runs = "1 run" if len(distinct) == 1 else f"{len(distinct)} runs"
+    if repeats:
+        runs += f" ({len(repeats)} more are duplicates)"
     return [
         f"Wrote the report on {runs} to {path}",
         f"Wrote their metrics to {table}",

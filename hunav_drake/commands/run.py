@@ -111,17 +111,24 @@ def add_run_options(run: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    more = [f"planner.type={options.planner}"] if options.planner else []
+    more = []
     if options.seed is not None:
         more.append(f"simulation.seed={options.seed}")
     if options.overlays is not None:
         more.append(f"scene.overlays=[{', '.join(options.overlays)}]")
-    scenario = load_scenario(options.scenario, options, more)
+    scenario = load_scenario(
+        options.scenario, options, more, planner=options.planner
+    )
     _warn_of_ways(scenario, options.scenario)
     if not options.quiet or options.seed is not None:
         tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
+    if options.relative:
+        from hunav_drake.runs.cells import why_not_alone
+
+        if why := why_not_alone(scenario):
+            raise InputError(f"--relative: {why}")
     if options.meshcat and options.foxglove is not None:
         raise InputError("--foxglove does not go with --meshcat: choose one")
     from hunav_drake.runs.compiling_ahead import compiling_ahead

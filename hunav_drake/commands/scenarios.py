@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 from pathlib import Path
+import shlex
 import sys
 from typing import TYPE_CHECKING
 
@@ -95,6 +96,19 @@ def add_import_options(importing: argparse.ArgumentParser) -> None:
         help="hunavsim: people move as in HuNavSim, with all differences",
     )
     add_output_options(importing)
+
+
+# Options that are for recorded people only, and for worlds of Gazebo, by the
+# keys of their values.
+_OF_TRACKS = {
+    "--from": "start_time",
+    "--to": "end_time",
+    **{
+        f"--{key}": key
+        for key in ("format", "fps", "smooth", "on", "off", "unit", "mode")
+    },
+}
+_OF_WORLDS = {"--model-path": "model_path", "--skip-missing": "skip_missing"}
 
 
 def _add_world_options(group: "argparse._ArgumentGroup") -> None:
@@ -191,11 +205,15 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from hunav_drake.scenario import ListScenarios
     from hunav_drake.scenario.fleet import planners_of
     from hunav_drake.tracks.recorded import load_tracks
 
+    shipped = ListScenarios()
+
     def describe(name: str) -> str:
-        if options.fix:
+        # (Shipped scenarios need none.)
+        if options.fix and (Path(name).is_file() or name not in shipped):
             _fix(Path(name))
         scenario = load_scenario(name, options, ways=True)
         population = scenario.population
@@ -299,6 +317,21 @@ def _import(options: argparse.Namespace) -> int:
             "give either the agents.yaml of HuNavSim, or --tracks FILE with"
             " recorded people, or a world of Gazebo"
         )
+    for is_there, names, whose in (
+        (options.tracks, _OF_TRACKS, "recorded people: give --tracks FILE"),
+        (options.world, _OF_WORLDS, "worlds of Gazebo: give one"),
+    ):
+        asked = [
+            it
+            for it, key in names.items()
+            if getattr(options, key) not in (None, [])
+            and getattr(options, key) is not False
+        ]
+        if asked and not is_there:
+            verb, these = ("is", "it") if len(asked) == 1 else ("are", "them")
+            raise InputError(
+                f"{', '.join(asked)} {verb} for {whose}, or leave {these} out"
+            )
     if options.tracks is not None:
         if options.world:
             raise InputError(
@@ -406,10 +439,10 @@ def _new(options: argparse.Namespace) -> int:
     if path.suffix not in (".yaml", ".yml"):
         path = path.with_name(f"{path.name}.yaml")
     check_output(path, options.force)
-    text = text.replace("FILE", path.name)
+    text = text.replace("FILE", shlex.quote(path.name))
     with input_errors(place=path), atomic_write(path) as file:
         file.write(text.encode())
-    print(f"Wrote {path}. Now: hunav run {path}")
+    print(f"Wrote {path}. Now: hunav run {shlex.quote(str(path))}")
     return DONE
 
 

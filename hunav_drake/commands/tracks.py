@@ -167,11 +167,12 @@ def _tracks(options: argparse.Namespace) -> int:
             flip=options.flip,
         )
         if options.start is not None or math.isfinite(options.end):
-            start = options.start or 0.0
+            start = -math.inf if options.start is None else options.start
             tracks = tracks.between(start, options.end)
             if not tracks.people:
+                begin = "" if options.start is None else f" from {start:g} s on"
                 raise ValueError(
-                    f"{options.file}: nobody is there from {start:g} to"
+                    f"{options.file}: nobody is there{begin} until"
                     f" {options.end:g} s"
                 )
         tracks = tracks.split(options.gap)

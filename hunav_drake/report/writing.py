@@ -65,17 +65,7 @@ def WriteReport(
     trials = [results] if isinstance(results, TrialResult) else list(results)
     if not trials:
         raise ValueError("a report needs at least one result, got none")
-    runs = tabulate_runs(trials)
-    first = first_equal(
-        runs.assign(made_from=[_made_from(trial) for trial in trials]),
-        [*(name for name in runs if name not in _NOT_COMPARED), "made_from"],
-    )
-    repeats = {i: k for i, k in enumerate(first) if i != k}
-    told = [
-        f"{trials[i].tag} duplicates {trials[k].tag}" if trials[i].tag else ""
-        for i, k in repeats.items()
-    ]
-    trials = [trial for i, trial in enumerate(trials) if i not in repeats]
+    trials, told = without_duplicates(trials)
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
@@ -102,6 +92,26 @@ def WriteReport(
         duplicates=told,
         **trial_content(trials[0]),
     )
+
+
+def without_duplicates(
+    trials: Sequence[TrialResult],
+) -> tuple[list[TrialResult], list[str]]:
+    """Returns trials without duplicate runs, and a text on each of these.
+
+    Duplicates were made from the same files, and have equal metrics.
+    """
+    runs = tabulate_runs(trials)
+    first = first_equal(
+        runs.assign(made_from=[_made_from(trial) for trial in trials]),
+        [*(name for name in runs if name not in _NOT_COMPARED), "made_from"],
+    )
+    repeats = {i: k for i, k in enumerate(first) if i != k}
+    told = [
+        f"{trials[i].tag} duplicates {trials[k].tag}" if trials[i].tag else ""
+        for i, k in repeats.items()
+    ]
+    return [it for i, it in enumerate(trials) if i not in repeats], told
 
 
 def _made_from(trial: TrialResult) -> Any:

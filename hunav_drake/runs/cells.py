@@ -161,7 +161,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                     faults |= dict.fromkeys(error.faults)
                     continue
                 if suite.relative:
-                    if why := _not_alone(scenario):
+                    if why := why_not_alone(scenario):
                         faults[Fault(cell.name, 0, "relative", why)] = None
                         continue
                     cell = replace(
@@ -199,7 +199,7 @@ def _make_cell(scenario: Scenario, label: str, setting: str) -> Cell:
     )
 
 
-def _not_alone(scenario: Scenario) -> str:
+def why_not_alone(scenario: Scenario) -> str:
     """Returns why a trial has no relative metrics; empty if it has."""
     if has_recorded_people(scenario):
         return "recorded people cannot be left out; leave out `relative`"

@@ -54,8 +54,8 @@ def over_all_seeds(
         keys: The columns that are equal in compared runs.
     """
     kind = [key for key in keys if key != "seed"]
-    # Merging needs a column.
-    runs, others = (it.assign(_any=0) for it in (runs, others))
+    # Merging needs a column. (Copies of wide tables are in one piece.)
+    runs, others = (it.copy().assign(_any=0) for it in (runs, others))
     single = draws_nothing(runs) & ~runs.duplicated([*kind, "_any"], keep=False)
     if "seed" in keys and single.any():
         seeds = others[[*kind, "_any", "seed"]].drop_duplicates()

@@ -160,12 +160,15 @@ def _prefix(
         )
     else:
         names = list(content) if isinstance(content, dict) else []
-        if scenario_name in names:
+        is_one = {field.name for field in dc.fields(Scenario)} & {*names}
+        if scenario_name in names and not is_one:
             return (scenario_name,)
         message = (
             f"there is no scenario {shown(scenario_name)} in it;"
             f" {suggestion(scenario_name, names[:100])}"
         )
+        if is_one:
+            message = "holds one scenario; leave scenario_name, or --name, out"
         faults = document_faults(document)
     faults.append(Fault(document.name, 0, "", message))
     raise ScenarioError(document.name, faults)

@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, StrictFloat, StrictStr
 from pydantic.dataclasses import dataclass
+from pydantic_core import PydanticCustomError
 
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import (
@@ -19,7 +20,6 @@ from hunav_drake.systems.common.schema import (
     Name,
     within,
 )
-from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.crowd.crowd_config import CrowdConfig
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -70,9 +70,10 @@ class SimulationConfig:
 def _robot_name(name: str) -> str:
     if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
         return name
-    raise ValueError(
+    raise PydanticCustomError(
+        "robot_name",
         "must begin with a letter, followed by letters, digits, - or _, as in"
-        f" robot_1, got {shown(name)}"
+        " robot_1",
     )
 
 

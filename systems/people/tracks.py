@@ -173,14 +173,18 @@ class Tracks:
         )
 
     def between(self, start: float, end: float = math.inf) -> "Tracks":
-        """Returns the part of a time window; `start` becomes 0 s."""
+        """Returns the part of a time window.
+
+        `start` becomes 0 s; times stay as they are if it is infinite.
+        """
+        shift = start if math.isfinite(start) else 0.0
         people = []
         for it in self.people:
             own = (it.times >= start) & (it.times <= end)
             if own.any():
                 yaws = None if it.yaws is None else it.yaws[own]
                 people.append(
-                    Track(it.id, it.times[own] - start, it.positions[own], yaws)
+                    Track(it.id, it.times[own] - shift, it.positions[own], yaws)
                 )
         return dataclasses.replace(self, people=tuple(people))
 

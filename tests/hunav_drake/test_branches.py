@@ -511,7 +511,15 @@ def test_who_sits_and_talks_goes_on_without_one():
 
 
 BAD = {
-    "until must be a time after": {"until": 2.0},
+    "until must be a time step (0.05 s) or more after that of the Context, 2 s,"
+    " got 2.0": {"until": 2.0},
+    "or more after that of the Context, 2 s, got 2.03": {"until": 2.03},
+    "simulation.seed=4 has no effect: a branch goes on with the draws": {
+        "branches": {"x": WithSettings(("simulation.seed=4",))}
+    },
+    "simulation.duration=9.0 has no effect: `until` is the end": {
+        "branches": {"x": WithSettings(("simulation.duration=9",))}
+    },
     "goal must be 0": {"goal": -1},
     "'same' is always there": {"branches": {"same": RobotStands()}},
     "reference must be the name of a branch, got 'ghost'": {

@@ -1,6 +1,7 @@
 """Runs of trials in a process of the worker."""
 
 import dataclasses
+from functools import partial
 import math
 from pathlib import Path
 import time
@@ -23,7 +24,7 @@ from hunav_drake.scenario import (
     draw_people,
 )
 from hunav_drake.scenario.error import ScenarioError
-from hunav_drake.scenario.fleet import robots_of
+from hunav_drake.scenario.fleet import planners_of, robots_of
 from hunav_drake.scenario.population import people_seed
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import as_file_name
@@ -160,12 +161,16 @@ class Trials:
 def load_scenario(message: dict[str, Any]) -> Scenario:
     """Returns the scenario of a run; its default name is that of its file."""
     planner = message["planner"]
-    scenario = LoadScenario(
+    load = partial(
+        LoadScenario,
         data=message["text"],
         folder=message["folder"],
         scenario_name=message["name"],
-        overrides=[] if planner is None else {"planner.type": planner},
     )
+    scenario = load()
+    if planner not in (None, planners_of(scenario)):
+        # (Its own one keeps its parameters.)
+        scenario = load(overrides={"planner": planner})
     filename = message["filename"]
     default = message["name"] or (Path(filename).stem if filename else "")
     name = scenario.name or (as_file_name(default) if default else "")

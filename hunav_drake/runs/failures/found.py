@@ -87,12 +87,14 @@ class Failures:
         runs: For each run, its values by path, and how near it was.
         refused: The number of scenes that were not run: they cannot be
             simulated, or begin too near.
+        fault: Why the first of these was not run; empty if all were.
     """
 
     robustness: str
     scenes: list[Scene]
     runs: list[tuple[dict[str, Any], Failing]]
     refused: int
+    fault: str = ""
 
     @property
     def num_failures(self) -> int:

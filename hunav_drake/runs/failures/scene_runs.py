@@ -26,6 +26,7 @@ from hunav_drake.runs.worker_pool import InlineExecutor, WorkerPool
 from hunav_drake.scenario import SaveScenario, Scenario
 from hunav_drake.scenario.building import build_scenario
 from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.error import path_text
 from hunav_drake.scenario.fleet import planners_of, robot_parts
 from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.systems.common.files import atomic_write
@@ -141,21 +142,26 @@ def scene_cell(
     )
 
 
-def built_scene(data: Any, start_gap: float) -> Scenario | None:
-    """Returns the scenario of plain data; None if it is not to be tried.
+def built_scene(data: Any, start_gap: float) -> Scenario | str:
+    """Returns the scenario of plain data, or why it is not to be tried.
 
     That is if it cannot be simulated, or if somebody starts nearer to a robot
     than the gap, in meters.
     """
-    scenario, _ = build_scenario(copy.deepcopy(data), ALL_CHECKS)
+    scenario, findings = build_scenario(copy.deepcopy(data), ALL_CHECKS)
     if scenario is None:
-        return None
+        loc, message = findings[0].loc, findings[0].message
+        return f"{path_text(data, loc)}: {message}"
     for part in robot_parts(scenario):
         robot = part.scenario.robot
         for human in scenario.humans:
             away = math.dist(human.pose[:2], robot.start[:2])
-            if away - robot.radius - human.radius < start_gap:
-                return None
+            gap = away - robot.radius - human.radius
+            if gap < start_gap:
+                return (
+                    f"{human.name or 'somebody'} starts {max(gap, 0.0):.2g} m"
+                    f" from the robot, nearer than require.start_gap"
+                )
     return scenario
 
 

@@ -70,7 +70,7 @@ class _Tried(NamedTuple):
     """A point that was tried, and what became of it."""
 
     values: dict[str, Any]
-    is_valid: bool
+    fault: str
     failing: Failing
 
 
@@ -159,7 +159,8 @@ def Falsify(
         robustness=space.robustness,
         scenes=scenes,
         runs=[(it.values, it.failing) for it in tried],
-        refused=sum(not it.is_valid for it in tried),
+        refused=sum(bool(it.fault) for it in tried),
+        fault=next((it.fault for it in tried if it.fault), ""),
     )
     if out := options.get("out"):
         write_failures(failures, Path(out))
@@ -228,8 +229,8 @@ def _try(
         for it in values
     ]
     failings = _run_scenes(runs, scenarios, space.robustness, budget)
-    valid = [it is not None for it in scenarios]
-    tried += map(_Tried, values, valid, failings)
+    faults = [it if isinstance(it, str) else "" for it in scenarios]
+    tried += map(_Tried, values, faults, failings)
     # (Without a trial there is no time, and the robustness is no number that
     # was found.)
     return [
@@ -239,12 +240,12 @@ def _try(
 
 def _run_scenes(
     runs: SceneRuns,
-    scenarios: list[Scenario | None],
+    scenarios: list[Scenario | str],
     robustness: str,
     total: int,
 ) -> list[Failing]:
-    """Returns how near scenes are to a failure; None is as far as can be."""
-    valid = [it for it in scenarios if it is not None]
+    """Returns how near scenes are to a failure; faults are as far as can be."""
+    valid = [it for it in scenarios if not isinstance(it, str)]
     rows = iter(
         runs.run(
             [
@@ -255,7 +256,8 @@ def _run_scenes(
         )
     )
     return [
-        failing_of(None if it is None else next(rows)[0]) for it in scenarios
+        failing_of(None if isinstance(it, str) else next(rows)[0])
+        for it in scenarios
     ]
 
 
@@ -411,7 +413,7 @@ def _minimal(
     for k in sorted(ends, key=lambda k: ends[k].failing.robustness):
         failing = ends[k].failing
         scenario = built_scene(ends[k].data, space.require.start_gap)
-        assert scenario is not None
+        assert isinstance(scenario, Scenario)
         count = len(kinds[kind_of_failure(tried[worst[k]].failing)])
         kind = kind_of_failure(failing)
         scene = Scene(scenario, failing, kind, worst[k], count)

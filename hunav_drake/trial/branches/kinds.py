@@ -175,7 +175,7 @@ class WithSettings(Branch):
     """The scenario has other settings, as those of `--set`.
 
     People, robot, goal, evaluator and time step must stay as they are: see
-    `TransferContext`.
+    `TransferContext`. So must the seed and the duration.
 
     Attributes:
         changes: Texts of a path, an equals sign and a value, as
@@ -187,6 +187,14 @@ class WithSettings(Branch):
     def overrides(self, scenario: Scenario) -> list[str]:
         """Returns the changes."""
         return list(self.changes)
+
+
+# Settings of the simulation that a branch cannot have, and why.
+_KEPT = {
+    "seed": "a branch goes on with the draws of the trial; run a trial with"
+    " that seed",
+    "duration": "`until` is the end of all branches",
+}
 
 
 def changed_scenario(scenario: Scenario, branch: Branch) -> Scenario:
@@ -202,7 +210,12 @@ def changed_scenario(scenario: Scenario, branch: Branch) -> Scenario:
     with warnings.catch_warnings():
         # Doubts were told when the scenario itself was loaded.
         warnings.simplefilter("ignore", UserWarning)
-        return LoadScenario(data=SaveScenario(scenario), overrides=overrides)
+        changed = LoadScenario(data=SaveScenario(scenario), overrides=overrides)
+    for key, why in _KEPT.items():
+        was, now = (getattr(it.simulation, key) for it in (scenario, changed))
+        if was != now:
+            raise ValueError(f"simulation.{key}={now} has no effect: {why}")
+    return changed
 
 
 def _standing(scenario: Scenario, robot: str) -> str:

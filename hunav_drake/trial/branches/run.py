@@ -228,18 +228,17 @@ class Fork:
         """
         CheckTrialDiagram(scenario, diagram)
         diagram.ValidateContext(context)
-        start = context.get_time()
-        if not start < until < math.inf:
+        start, step = context.get_time(), scenario.simulation.time_step
+        if not start + (1 - 1e-6) * step <= until < math.inf:
             raise ValueError(
-                f"until must be a time after that of the Context, {start:g} s,"
-                f" got {shown(until)}"
+                f"until must be a time step ({step:g} s) or more after that of"
+                f" the Context, {start:g} s, got {shown(until)}"
             )
         if goal < 0:
             raise ValueError(
                 f"goal must be 0 for the present one, 1 for the next, ..., got"
                 f" {goal}"
             )
-        step = scenario.simulation.time_step
         if is_multiple(until, step):
             # (Of several steps, 1.7 may be less than 17 of 0.1.)
             until = max(until, round(until / step) * step)

@@ -106,6 +106,10 @@ def test_who_prints_the_matrix(hunav, tmp_path):
         (("branch", "crossing", "--reference", "x"), "name of a branch"),
         (("branch", "crossing", "--until", "0"), "until must be a time"),
         (("who", "crossing", "--from", "no.npz"), "no.npz"),
+        (
+            ("branch", "crossing", "--from", "no.npz", "--seed", "3"),
+            "--seed does not go with --from",
+        ),
     ],
 )
 def test_mistakes_are_told_in_a_line(hunav, words, told):

@@ -10,7 +10,9 @@ import yaml
 from hunav_drake.commands.cli import main
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.scenario import ListScenarios, LoadScenario
+from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.evaluation import Recording
+from tests.hunav_drake.passing_trials import make_recording
 from tests.processes import run_python
 
 
@@ -366,3 +368,69 @@ def test_a_name_in_another_script_needs_no_unicode():
     assert done.returncode == 1
     assert not done.stderr
     assert "\\u611b, planner pursuit" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["import", "FILE", "--fps", "3"], "--fps is for recorded people"),
+        (
+            ["import", "FILE", "--smooth", "0", "--mode", "blind"],
+            "--smooth, --mode are for recorded people",
+        ),
+        (
+            ["import", "FILE", "--skip-missing"],
+            "--skip-missing is for worlds of Gazebo",
+        ),
+        (["run", "passing", "--name", "crowd"], "holds one scenario; leave"),
+        (
+            ["run", "passing", "--set", "robot.type=pmb2", "--relative"],
+            "--relative: nobody can be left out",
+        ),
+    ],
+)
+def test_options_that_would_do_nothing_are_told(hunav, tmp_path, words, told):
+    agents = tmp_path / "agents.yaml"
+    agents.write_text("hunav_loader: {ros__parameters: {agents: []}}")
+    names = {"FILE": agents}
+    code, _, err = hunav(*(names.get(word, word) for word in words))
+    assert code == 2
+    assert told in err
+
+
+def test_another_planner_has_its_own_parameters(hunav, tmp_path):
+    """As in a suite: those of the scenario's planner are not merged in."""
+    file = tmp_path / "seen.yaml"
+    file.write_text(
+        "planner: {type: pursuit, cruise_speed: 0.3, sees: lidar}\n"
+        "robot: {goal: [3, 0, 0]}\nsimulation: {duration: 0.2}\n"
+    )
+    out = tmp_path / "out"
+    words = ["run", file, "--planner", "orca", "--out", out, "--no-replay"]
+    code, _, _ = hunav(*words, "--set", "planner.period=0.1", "--quiet")
+    assert code == 1
+    (run,) = (out / "runs").iterdir()
+    planner = LoadScenario(filename=run / "scenario.yaml").planner
+    assert (planner.period, name_of(planner.sees)) == (0.1, "everything")
+    assert list(ReadRuns(out)["setting"]) == ["planner.period=0.1"]
+
+
+def test_walls_are_taken_from_one_of_several_scenarios(hunav, tmp_path):
+    two = tmp_path / "two.yaml"
+    wall = "world: {walls: [{type: disc, center: [9, 0], radius: 1}]}"
+    two.write_text(f"one: {{{wall}}}\ntwo: {{robot: {{goal: [1, 0, 0]}}}}\n")
+    recording = tmp_path / "it.npz"
+    make_recording().save(recording)
+    code, _, err = hunav("evaluate", recording, "--walls", two)
+    assert code == 2
+    assert "--name: 'one', 'two'" in err
+    code, _, _ = hunav("evaluate", recording, "--walls", two, "--name", "one")
+    assert code == 0
+
+
+def test_a_folder_with_a_dot_takes_drawn_scenarios(hunav, tmp_path):
+    folder = tmp_path / "gen.v1"
+    folder.mkdir()
+    code, _, _ = hunav("generate", "field", "-o", folder, "--seeds", 2)
+    assert code == 0
+    assert len(list(folder.iterdir())) == 2

@@ -42,3 +42,16 @@ def test_faults_have_file_and_line(hunav, tmp_path):
     assert code == 2
     assert "space.yaml:7: space" in err
     assert "must be a range" in err
+
+
+def test_the_fault_of_scenes_that_cannot_run_is_told(hunav, tmp_path):
+    """A duration that is drawn is hardly ever a multiple of the time step."""
+    space = write_space(
+        tmp_path,
+        "scenario: scene.yaml\nrobustness: timeout\n"
+        "space: {simulation.duration: [3, 5]}\n",
+    )
+    words = ["falsify", space, "--budget", 3, "--method", "random"]
+    code, told, _ = hunav(*words, "--out", tmp_path / "out", "--workers", 1)
+    assert code == 0
+    assert "the first because: simulation.duration: must be a multiple" in told

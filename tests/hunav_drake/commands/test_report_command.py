@@ -174,3 +174,19 @@ def test_a_suite_without_page_has_its_facts_in_json(suite_folder):
     about = json.loads((suite_folder / "suite.json").read_text())
     assert about["suite"] == "two"
     assert len(about["cells"]) == 2
+
+
+def test_duplicates_count_once_in_tables_and_figures(tmp_path, capsys):
+    for _ in range(3):
+        WriteResult(make_result(seed=0), tmp_path)
+    WriteResult(make_result(seed=1), tmp_path)
+    words = ["--latex", tmp_path / "t.tex", "--metrics", "path_length"]
+    words += ["--columns", "n", "mean"]
+    assert cli.main(["report", *map(str, [tmp_path, *words])]) == 0
+    row = next(
+        line
+        for line in (tmp_path / "t.tex").read_text().splitlines()
+        if line.startswith("path\\_length")
+    )
+    assert row.split("&")[1].strip() == "2"
+    assert "2 runs (2 more are duplicates)" in capsys.readouterr().out

@@ -263,3 +263,13 @@ def test_the_command_tells_draws_and_converts(tmp_path, capsys):
     assert main(["tracks", str(source), "--from", "100"]) == 2
     assert "nobody is there" in capsys.readouterr().err
     assert main(["tracks", str(source), "--plot", "a.bmp"]) == 2
+
+
+def test_an_end_alone_keeps_what_is_before_zero(tmp_path, capsys):
+    source = tmp_path / "early.csv"
+    rows = [f"{0.1 * k:.1f},1,{0.1 * k:.2f},0" for k in range(-20, 21)]
+    source.write_text("time,id,x,y\n" + "\n".join(rows) + "\n")
+    assert main(["tracks", str(source), "--to", "1"]) == 0
+    assert "-2.0 to 1.0 s" in capsys.readouterr().out
+    assert main(["tracks", str(source), "--to", "-5"]) == 2
+    assert "nobody is there until -5 s" in capsys.readouterr().err
