@@ -51,8 +51,11 @@ WORDS: dict[float, str] = {
 
 _LONGEST, _LONGEST_TAG = 40, 30
 
-# The behavior that tags do not tell.
-USUAL_BEHAVIOR = "regular"
+# The behaviors that tags do not tell: of the usual one, and of those that are
+# `ACTIVITIES`, people show what they do.
+UNTOLD = frozenset(
+    {"regular", "sit", "queue", "errands", "lunch", "talk", "chat", "guide"}
+)
 
 # In larger crowds, people have no tags.
 CROWD = 12
@@ -61,10 +64,10 @@ CROWD = 12
 def tag_text(name: str, behavior: str, activity: str = "") -> str:
     """Returns the text of a person's tag.
 
-    The usual behavior goes without saying, and so does one of which the
-    activity tells: who "sits" has the behavior "sit".
+    The usual behavior goes without saying, and so do activities: somebody with
+    the behavior "sit" also walks to the seat.
     """
-    if behavior == USUAL_BEHAVIOR or activity == f"{behavior}s":
+    if behavior in UNTOLD:
         behavior = ""
     parts = [part for part in (name, behavior, activity) if part]
     text = " \N{MIDDLE DOT} ".join(parts)

@@ -11,6 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 import pytest
 
+from hunav_drake.systems.behavior import ACTIVITIES
 from hunav_drake.systems.common.layout import SILENT, Activity, Posture, Signal
 from hunav_drake.systems.people import gait
 from hunav_drake.systems.people.figure_config import adult_figures
@@ -27,6 +28,7 @@ from hunav_drake.systems.scene.overlays.publisher import spread
 from hunav_drake.systems.scene.overlays.tags import (
     CALM,
     REACTING,
+    UNTOLD,
     WORDS,
     calm_activities,
     tag_picture,
@@ -449,6 +451,8 @@ def test_the_length_of_arrows_grows_to_a_limit():
 
 def test_tags_tell_name_behavior_and_activity():
     assert tag_text("ana", "sit", "sits") == "ana \N{MIDDLE DOT} sits"
+    assert tag_text("ana", "lunch") == "ana"
+    assert {"regular", *ACTIVITIES} == UNTOLD
     text = tag_text("ana", "curious", "reacts")
     assert [part in text for part in ("ana", "curious", "reacts")] == [True] * 3
     assert len(tag_text("x" * 90, "regular")) <= 40
