@@ -42,8 +42,8 @@ def add_run_options(run: argparse.ArgumentParser) -> None:
     run.add_argument(
         "--planner",
         metavar="NAME",
-        help="the robot's planner, instead of the scenario's: its name, or your"
-        " class as module:Class",
+        help="the robot's planner, with its own parameters, instead of the"
+        " scenario's: its name, or your class as module:Class",
     )
     run.add_argument(
         "--out",
