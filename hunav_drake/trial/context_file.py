@@ -23,7 +23,7 @@ from hunav_drake.trial.context_layout import (
     vectors,
 )
 
-_FORMAT = "hunav_drake context 3"
+_FORMAT = "hunav_drake context 4"
 
 # The part of the state of a behavior tree that is its memory.
 _MEMORY = "discrete/0"
