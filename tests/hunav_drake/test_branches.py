@@ -28,7 +28,7 @@ from hunav_drake import (
 from hunav_drake.report.summary import branches_summary
 from hunav_drake.systems.common.layout import OUTSIDE, VX, X, Y
 from hunav_drake.trial.branches.kinds import Branch, RobotShifted
-from hunav_drake.trial.branches.run import SAME, Fork
+from hunav_drake.trial.branches.run import SAME, Fork, growth_text
 from tests.planners import NAMES, planner_override
 
 FAST = [
@@ -419,6 +419,12 @@ def test_small_differences_grow_where_anything_decides_who_passes_where(
     summary = " ".join(branches_summary(made))
     assert ("may be chance" in summary) == (made.growth > 1000)
     assert "1 um aside" in summary
+
+
+def test_growth_is_told_with_two_digits():
+    assert "may be chance" not in growth_text(994.0)
+    assert "1000 um later, at most. So" in growth_text(999.5)
+    assert growth_text(np.nan) == ""
 
 
 def test_a_robot_that_nobody_meets_moves_nobody():

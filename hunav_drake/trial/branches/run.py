@@ -190,7 +190,8 @@ def growth_text(growth: float) -> str:
     """Returns how small differences grow in branches; "" if not known."""
     if math.isnan(growth):
         return ""
-    told = f"{number_text(float(f'{growth:.2g}'))} um later, at most"
+    growth = float(f"{growth:.2g}")
+    told = f"{number_text(growth)} um later, at most"
     if growth < _MOST_GROWTH:
         return f"A robot that is 1 um aside moves people by {told}."
     return (
