@@ -257,7 +257,8 @@ def check_places(scenario: Scenario) -> Iterator[Finding]:
     for i, it in enumerate(scenario.places):
         which = "approaches" if it.approaches else "slots"
         for k, place in enumerate(it.all_approaches()):
-            part = (which, k) if getattr(it, which) else ("pose",)
+            given = getattr(it, which) or it.type == "screen"
+            part = (which, k) if given else ("pose",)
             spots.append(_Spot(("places", i, *part), place, 0.0))
     seats = _seats(scenario)
     for found in _check_spots(scenario, spots):

@@ -156,7 +156,7 @@ class Signal(IntEnum):
     """What the person does: an Activity, or a number from 100 of your own."""
 
     PLACE = 7
-    """Number of the place that the person claims, or -1."""
+    """Row of the place that the person claims, from 0, or -1."""
 
     SLOT = 8
     """Number of the slot of it, or -1."""

@@ -48,6 +48,10 @@ _YAW_TARGET = int(Command.YAW_TARGET)
 # The part of the way for which nobody waits, in meters.
 _OUT = 0.35
 
+# People stand below this speed, in m/s; and the part of a step that people
+# take against those who stand in the way.
+_STANDING, _PRESSING = 0.05, 0.1
+
 
 @jit_as(boolean, VECTOR)
 def any_placed(command: Array) -> bool:
@@ -71,17 +75,30 @@ def keep_placed(adapted: Array, command: Array) -> None:
 
 
 @jit
-def _is_barred(i: int, dx: float, dy: float, bodies: Array) -> bool:
-    """Returns whether a step of a person leads into another body."""
+def _free_part(
+    i: int, dx: float, dy: float, bodies: Array, states: Array, command: Array
+) -> float:
+    """Returns which part of a step does not lead into another body.
+
+    It is a small one into people who stand: they make way for who presses.
+    """
     x, y, radius = bodies[i]
+    part = 1.0
     for k in range(len(bodies)):
         if k == i:
             continue
         px, py = bodies[k, 0] - x, bodies[k, 1] - y
         away = math.hypot(px - dx, py - dy)
         if away < radius + bodies[k, 2] and away < math.hypot(px, py):
-            return True
-    return False
+            stands = (
+                k < len(states)
+                and command[k, _HOLD] != _PLACED
+                and math.hypot(states[k, VX], states[k, VY]) < _STANDING
+            )
+            if not stands:
+                return 0.0
+            part = _PRESSING
+    return part
 
 
 @jit
@@ -108,9 +125,9 @@ def place(
         left = math.hypot(dx, dy)
         reach = command[i, _SPEED] * time_step
         part = min(reach / max(left, 1e-12), 1.0)
-        step = part * dx, part * dy
-        if left > _OUT and _is_barred(i, *step, bodies):
-            part = 0.0
+        if left > _OUT:
+            step = part * dx, part * dy
+            part *= _free_part(i, *step, bodies, states, command)
         after[i, X] += part * dx
         after[i, Y] += part * dy
         after[i, VX] = part * dx / time_step

@@ -1,6 +1,7 @@
 """The places that furniture brings: chairs are seats, counters have a queue."""
 
 from collections.abc import Sequence
+import copy
 import dataclasses
 import itertools
 import math
@@ -95,7 +96,13 @@ def _places_of(world: World) -> list[Place]:
         for desk in world.furniture
         if name_of(desk) == "desk"
     ]
-    places = [_place(name, it, world, obstacles, desks) for name, it in found]
+    bare = copy.copy(world)
+    bare.furniture = []
+    segments = bare.obstacles().segments.reshape(-1, 2, 2)
+    walls = shapely.STRtree(shapely.linestrings(segments))
+    places = [
+        _place(name, it, world, obstacles, walls, desks) for name, it in found
+    ]
     return [it for it in places if it is not None]
 
 
@@ -128,9 +135,13 @@ def _place(
     it: Furniture,
     world: World,
     obstacles: Obstacles,
+    walls: shapely.STRtree,
     desks: Sequence[Spot],
 ) -> Place | None:
-    """Returns the place of a piece of furniture, if anybody can get there."""
+    """Returns the place of a piece of furniture, if anybody can get there.
+
+    Nobody sits down through walls.
+    """
     sits = it.use in _SIDES
     slots, approaches = [], []
     hiding = _hiding(it, world) if it.use == "screen" else []
@@ -139,7 +150,15 @@ def _place(
         ways = _ways(it, spot) if sits else [(x, y)]
         if not _is_seen(it, hiding, (x, y)):
             continue
-        way = next((p for p in ways if _is_free(obstacles, p)), None)
+        ways = [p for p in ways if _is_free(obstacles, p)]
+        if sits:
+            lines = [shapely.LineString([p, (x, y)]) for p in ways]
+            ways = [
+                p
+                for p, line in zip(ways, lines, strict=True)
+                if not len(walls.query(line, predicate="intersects"))
+            ]
+        way = ways[0] if ways else None
         if way is not None:
             slots.append(pose)
             approaches.append(way)

@@ -73,6 +73,13 @@ _UPON = 0.02
 # Somebody faces a direction within this angle, in radians.
 _FACING = 0.05
 
+# Somebody waits near a place if it comes no nearer than this, in meters.
+_NEARER = 0.005
+
+# The first part of a way onto a seat, which must be free, and the last part,
+# for which nobody waits, in meters (see `crowd.placed`).
+_FIRST, _LAST = 0.05, 0.35
+
 # Without a free slot, people wait this far from the nearest one, more or less
 # by the second distance, in meters, and step back at this speed, in m/s.
 _OFF, _ROOM, _SLOWLY = 1.5, 0.3, 0.6
@@ -137,6 +144,11 @@ def queue(
         return FAILURE
     tick.robot_role = ROLES[int(robot)]
     x, y, yaw = pose_of(tick, row)
+    if _posture(np.int64(place_at(tick, row)[7])) != 0:
+        # (Who queues at a seat waits beside it.)
+        seat = slot_at(tick, _slot_row(tick, row, 0))
+        x, y = seat[3], seat[4]
+        yaw = math.atan2(seat[1] - y, seat[0] - x)
     spacing, seconds = place_at(tick, row)[5], place_at(tick, row)[6]
     before = signal_of(tick, tick.index)
     begins = own[1] == 0
@@ -149,6 +161,7 @@ def queue(
     if own[0] == 0 and steps_reach(own[1], tick.time_step, patience):
         own[1] = 0.0
         return FAILURE
+    join_distance = max(join_distance, SETTLED)
     if not is_in and math.hypot(x - tick.x, y - tick.y) > join_distance:
         walk_to(tick, x, y, tick.max_speed)
         return RUNNING
@@ -205,6 +218,7 @@ def _choose(tick, own, place, kind):
     """Chooses the nearest free slot of a place, or of all of a type."""
     nearest = math.inf
     own[2] = 0.0
+    own[4] = 0.0
     for p in range(tick.num_places):
         if not _is_meant(tick, p, place, kind):
             continue
@@ -233,7 +247,13 @@ def _holds(tick, own):
 
 @register_action(
     "UsePlace",
-    memory={"ticks used": 0.0, "ticks": 0.0, "place": 0.0, "slot": 0.0},
+    memory={
+        "ticks used": 0.0,
+        "ticks": 0.0,
+        "place": 0.0,
+        "slot": 0.0,
+        "nearest": 0.0,
+    },
     ignored=IGNORED,
     social=True,
 )
@@ -253,9 +273,9 @@ def use_place(
     The person takes the nearest free slot of the place, or, without one, of
     all places of a type, and faces as it does; it sits down on a seat and lies
     down in a bed. It stays for `seconds`, by default the time of the place.
-    Without a free slot, or while somebody stands in front of it, it waits near
-    the place; the action fails after `patience` of that, and at once where
-    there is no such place.
+    Without a free slot, or while it comes no nearer, as when somebody stands in
+    the way or there is none, it waits; the action fails after `patience` of
+    that, and at once where there is no such place.
     """
     row = place_of(tick, place)
     if row < 0 and float(place) != 0:
@@ -284,21 +304,19 @@ def use_place(
         memory[SEAT] = row + 1.0
         signal[_POSTURE] = posture
         if away > _UPON:
-            return RUNNING
+            return _wait_for(tick, own, away, patience)
     else:
         sx, sy, _ = pose_of(tick, at)
         if not settle(tick, ax, ay):
-            own[1] += _is_barred(tick, ax, ay)
-            if own[1] > 0 and steps_reach(own[1], tick.time_step, patience):
-                own[1] = 0.0
-                _let_go(own, signal)
-                return FAILURE
-            return RUNNING
+            return _wait_for(tick, own, _away(tick, ax, ay), patience)
         if kind_there == _SCREEN:
             look_at(tick, AT_POINT, sx, sy)
         if not _turn(tick, yaw):
             return RUNNING
         if posture != 0:
+            if _is_barred(tick, x, y):
+                return _wait_for(tick, own, away, patience)
+            own[4] = 0.0
             memory[SEAT] = row + 1.0
             signal[_POSTURE] = posture
             return RUNNING
@@ -318,22 +336,47 @@ def _let_go(own, signal):
     """Makes the place that the person uses a free one."""
     own[0] = 0.0
     own[2] = 0.0
+    own[4] = 0.0
     signal[_PLACE] = -1.0
     signal[_SLOT] = -1.0
 
 
 @jit_part
 def _is_barred(tick, x, y):
-    """Returns whether somebody stands where a person near there wants to be."""
-    if _away(tick, x, y) > _OFF + _ROOM:
+    """Returns whether somebody stands on the way onto a seat."""
+    left = _away(tick, x, y)
+    if left <= _LAST:
         return False
+    dx, dy = _FIRST * (x - tick.x) / left, _FIRST * (y - tick.y) / left
     for i in range(num_bodies(tick)):
+        if i == tick.index:
+            continue
         body = body_at(tick, i)
-        gap = math.hypot(body.x - x, body.y - y) - body.radius
-        is_in = gap < tick.body_radius - SETTLED
-        if i != tick.index and is_in and speed_of(body) < STANDING:
+        px, py = body.x - tick.x, body.y - tick.y
+        gap = math.hypot(px - dx, py - dy)
+        is_nearer = gap < math.hypot(px, py)
+        touches = gap < tick.body_radius + body.radius
+        if is_nearer and touches and speed_of(body) < STANDING:
             return True
     return False
+
+
+@jit_part
+def _wait_for(tick, own, away, patience):
+    """Counts the time in which a person comes no nearer; returns the status.
+
+    On the way that is the time in which it stands; near the place, all.
+    """
+    status: NodeStatus = RUNNING
+    if own[4] == 0 or away < own[4] - _NEARER:
+        own[4] = max(away, 1e-9)
+    elif away < _OFF + _ROOM or speed_of(tick) < STANDING:
+        own[1] += 1
+        if steps_reach(own[1], tick.time_step, patience):
+            own[1] = 0.0
+            _let_go(own, own_signal(tick))
+            status = FAILURE
+    return status
 
 
 @jit_inline
