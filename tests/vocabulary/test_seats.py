@@ -16,13 +16,19 @@ from hunav_drake import (
     ScenarioError,
 )
 from hunav_drake.systems.common.layout import (
+    COMMAND_SIZE,
     SIGNAL_SIZE,
     STATE_SIZE,
+    Activity,
+    Command,
+    Hold,
     Posture,
     Signal,
 )
+from hunav_drake.systems.crowd.placed import place
 from hunav_drake.systems.people.furniture_places import with_furniture
 from hunav_drake.systems.people.places import Place
+from hunav_drake.systems.world import Box
 from hunav_drake.systems.world.obstacles import inside
 from tests.vocabulary.stage import STAND, Stage, robot_at, someone, tree
 
@@ -436,11 +442,94 @@ def test_people_look_at_a_picture_from_where_they_see_it(more, count):
     found = with_furniture([], loaded)
     found = [it for it in found if it.name == "picture_1"]
     assert len(found) == bool(count)
-    for place in found:
-        assert (place.type, place.pose) == ("screen", (0.03, 0.0, 0.0))
-        assert len(place.slots) == count
-        for x, y, yaw in place.slots:
+    for it in found:
+        assert (it.type, it.pose) == ("screen", (0.03, 0.0, 0.0))
+        assert len(it.slots) == count
+        for x, y, yaw in it.slots:
             assert math.hypot(x - 0.03, y) == pytest.approx(2.0)
             # All face it.
             away = math.atan2(-y, 0.03 - x)
             assert math.cos(yaw - away) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("side", [-0.45, -0.5, 0.5])
+def test_nobody_is_seated_off_the_seat_while_a_robot_bars_it(side):
+    """It waits standing beside the seat, gives up, and goes on."""
+    chair = CHAIR | {"yaw": math.pi}
+    nodes = SIT.replace("seconds", 'patience="5" seconds')
+    person = someone(-3, 0, 0, f"<RunOnce>{nodes}</RunOnce>", goals=[(-3, 3)])
+    stage = Stage(
+        [person], obstacles=world(chair), robot=robot_at(-0.645, side)
+    )
+    for _ in stage.run(16.0):
+        away = math.hypot(*stage.states[0, :2])
+        assert away < 0.35 or not seated(stage)[0]
+    assert math.dist(stage.states[0, :2], (-3, 3)) < 0.5
+    assert stage.signal(0, Signal.PLACE) == -1
+
+
+def test_nobody_waits_for_ever_for_a_seat_without_a_way():
+    shelves = [
+        {"type": "shelf", "center": center, "size": size}
+        for center, size in (
+            ([-1.35, 0], [0.3, 1.6]),
+            ([-0.5, 0.95], [2.0, 0.3]),
+            ([-0.5, -0.95], [2.0, 0.3]),
+            ([0.5, 0], [0.3, 1.6]),
+        )
+    ]
+    nodes = SIT.replace("seconds", 'patience="5" seconds')
+    person = someone(-3, 0, 0, f"<RunOnce>{nodes}</RunOnce>", goals=[(-3, 3)])
+    places = world(CHAIR | {"yaw": math.pi}, *shelves)
+    assert with_furniture([], places)[0].name == "chair_1"
+    stage = Stage([person], obstacles=places)
+    for _ in stage.run(14.0):
+        assert not seated(stage)[0]
+    assert math.dist(stage.states[0, :2], (-3, 3)) < 0.5
+
+
+def test_nobody_sits_down_through_a_wall():
+    """A thin one beside the chair: the free side is the other one."""
+    scene = world(
+        CHAIR, {"type": "table", "center": [0.75, 0.1], "size": [0.9, 0.8]}
+    )
+    (free,) = with_furniture([], scene)[:1]
+    assert free.approaches[0][1] < 0
+    scene.walls.append(Box(center=[0, -0.28], size=[6, 0.08]))
+    (place,) = with_furniture([], scene)[:1]
+    assert place.approaches[0][1] > 0
+    scene.walls.append(Box(center=[0, 0.28], size=[6, 0.08]))
+    assert all(
+        abs(y) < 0.24
+        for it in with_furniture([], scene)
+        if it.type in ("seat", "workplace")
+        for _, y in it.approaches
+    )
+
+
+def test_who_queues_at_a_seat_is_served_beside_it():
+    node = '<RunOnce><Queue name="it" place="chair_1"/></RunOnce>'
+    person = someone(-3, 0, 0, node, goals=[(-3, 3)])
+    stage = Stage([person], obstacles=world(CHAIR))
+    for t in stage.run(75.0):
+        if t == 15.0:
+            assert stage.signal(0, Signal.ACTIVITY) == Activity.QUEUE
+            assert math.dist(stage.states[0, :2], (0.645, 0)) < 0.2
+    assert math.dist(stage.states[0, :2], (-3, 3)) < 0.5
+
+
+def test_who_sits_presses_slowly_against_who_stands_in_the_way_out():
+    """Bystanders without goals do not move by themselves."""
+    states = np.zeros((2, 6))
+    states[1, 0] = 0.52
+    command = np.zeros((2, COMMAND_SIZE))
+    command[0, Command.HOLD] = Hold.PLACED
+    command[0, [Command.GOAL_X, Command.DESIRED_SPEED]] = 1.0
+    bodies = np.array([[0.0, 0, 0.25], [0.52, 0, 0.25]])
+    after = place(states, command, bodies, 0.05)
+    assert after[0, 0] == pytest.approx(0.1 * 0.05)
+    # It waits for who walks by, and for a robot.
+    states[1, 4] = 1.0
+    assert place(states, command, bodies, 0.05)[0, 0] == 0.0
+    alone = place(states[:1], command[:1], bodies, 0.05)
+    assert alone[0, 0] == 0.0
