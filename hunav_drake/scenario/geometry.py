@@ -461,11 +461,13 @@ def _depth(
 
 def _message(wall: str, taker: _Taker) -> str:
     how = "is inside" if taker.inside else "overlaps"
-    direction = ""
+    depth, direction = taker.depth, ""
     if taker.way.any():
-        x, y = taker.way
+        x, y = taker.way.round(2)
         direction = f" along ({x:z.2f}, {y:z.2f})"
-    return f"{how} {wall}; move it {_up(taker.depth)} m{direction}"
+        # (What is told may be shorter than a unit vector.)
+        depth /= float((taker.way * (x, y)).sum())
+    return f"{how} {wall}; move it {_up(depth)} m{direction}"
 
 
 def _up(length: float) -> str:

@@ -6,7 +6,12 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram, RunTrial
+from hunav_drake import (
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+)
 from hunav_drake.systems.world.obstacles import nearest_wall
 
 PLANNERS = ["dwb", "scl"]
@@ -126,3 +131,35 @@ def test_a_fork_amid_people_has_the_same_future(planner):
                     diagram.GetOutputPort(port).Eval(it.get_context()),
                     diagram.GetOutputPort(port).Eval(straight.get_context()),
                 )
+
+
+def test_a_robot_that_is_held_from_behind_does_not_back_up_for_ever():
+    """Another robot stands behind it, nearer than its costmap tells."""
+    scenario = LoadScenario(
+        data="""
+world:
+  walls:
+    - {type: box, center: [2, 0.55], size: [8, 0.2]}
+    - {type: box, center: [2, -0.55], size: [8, 0.2]}
+humans: [{name: ana, pose: [0.9, 0, 3.14]}]
+robots:
+  - name: a
+    robot: {start: [0, 0, 0], goal: [4, 0, 0]}
+    planner: {type: dwb, profile: humble, recoveries: {spin_angle: 0.0}}
+  - name: b
+    robot: {start: [-0.72, 0, 0]}
+    planner: {type: stand}
+simulation: {duration: 20.0, stuck_time: 100.0}
+"""
+    )
+    diagram = MakeTrialDiagram(scenario)
+    planner = diagram.GetSubsystemByName("a_planner")
+    simulator = MakeTrialSimulator(diagram)
+    since = []
+    for k in range(1, 21):
+        simulator.AdvanceTo(float(k))
+        own = planner.GetMyContextFromRoot(simulator.get_context())
+        if planner.GetReason(own).startswith("recovers (back_up)"):
+            since.append(k)
+    assert 9 <= len(since) <= 12
+    assert since[-1] < 19

@@ -99,6 +99,11 @@ def recover(
     return None, memory
 
 
+# Who is held takes no longer for a recovery than this, in seconds (Nav2's
+# `time_allowance`), or twice as long as when free.
+_ALLOWANCE = 10.0
+
+
 def _command(
     kind: str, now: Situation, memory: NavigationMemory
 ) -> tuple[float, float] | None:
@@ -123,6 +128,14 @@ def _command(
         )
         return cost < 0 or cost in (LETHAL, UNKNOWN)
 
+    turn_rate = min(config.max_spin, task.limits.max_turn_rate)
+    speed = min(config.back_up_speed, task.limits.max_reverse_speed)
+    if kind == "spin":
+        size, most = config.spin_angle, turn_rate
+    else:
+        size, most = config.back_up_distance, speed
+    if most <= 0 or elapsed > max(_ALLOWANCE, 2 * size / most):
+        return None
     if kind == "spin":
         remaining = config.spin_angle - abs(recovery.turned)
         if remaining <= 0 or touches(*at, recovery.yaw):
@@ -131,8 +144,7 @@ def _command(
         rate = min(max(rate, config.min_spin), config.max_spin)
         return 0.0, min(rate, task.limits.max_turn_rate)
     done = math.hypot(at[0] - recovery.x, at[1] - recovery.y)
-    speed = min(config.back_up_speed, task.limits.max_reverse_speed)
-    if done >= config.back_up_distance or speed <= 0:
+    if done >= config.back_up_distance:
         return None
     for part in (0.25, 0.5, 0.75, 1.0):
         back = part * speed * config.look_ahead

@@ -216,3 +216,21 @@ def test_a_wall_within_a_millimetre_is_told(wall):
     assert "points within 1 mm are one" in found.message
     # The other checks do not mind.
     list(check_places(scenario))
+
+
+def test_the_remedy_is_enough_with_the_direction_as_told():
+    """Rounded to two digits, the direction may be shorter than 1."""
+    text = """
+robot: {{start: [{}, {}, 0], goal: [9, 9, 0]}}
+world: {{walls: [{{type: box, yaw: 0.4042339541913771, center: [0, 0],
+  size: [2, 1]}}]}}
+"""
+    place = np.array([-0.0871630899658144, -0.026100223707630765])
+    with pytest.raises(ScenarioError) as caught:
+        LoadScenario(data=text.format(*place.tolist()))
+    found = re.search(
+        r"move it ([\d.]+) m along \(([-\d.]+), ([-\d.]+)\)", str(caught.value)
+    )
+    amount, *way = map(float, found.groups())
+    moved = place + amount * np.array(way)
+    LoadScenario(data=text.format(*moved.tolist()))
