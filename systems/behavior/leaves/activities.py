@@ -277,6 +277,7 @@ def use_place(
     the way or there is none, it waits; the action fails after `patience` of
     that, and at once where there is no such place.
     """
+    status: NodeStatus
     row = place_of(tick, place)
     if row < 0 and float(place) != 0:
         own[0] = 0.0
@@ -288,7 +289,7 @@ def use_place(
         own[0] = 0.0
         _choose(tick, own, row, int(kind))
     if own[2] == 0:
-        status: NodeStatus = _wait(tick, own, row, int(kind), patience)
+        status = _wait(tick, own, row, int(kind), patience)
         return status
     at, slot = np.int64(own[2]) - 1, np.int64(own[3])
     row = _slot_row(tick, at, slot)
@@ -304,18 +305,21 @@ def use_place(
         memory[SEAT] = row + 1.0
         signal[_POSTURE] = posture
         if away > _UPON:
-            return _wait_for(tick, own, away, patience)
+            status = _wait_for(tick, own, away, patience)
+            return status
     else:
         sx, sy, _ = pose_of(tick, at)
         if not settle(tick, ax, ay):
-            return _wait_for(tick, own, _away(tick, ax, ay), patience)
+            status = _wait_for(tick, own, _away(tick, ax, ay), patience)
+            return status
         if kind_there == _SCREEN:
             look_at(tick, AT_POINT, sx, sy)
         if not _turn(tick, yaw):
             return RUNNING
         if posture != 0:
             if _is_barred(tick, x, y):
-                return _wait_for(tick, own, away, patience)
+                status = _wait_for(tick, own, away, patience)
+                return status
             own[4] = 0.0
             memory[SEAT] = row + 1.0
             signal[_POSTURE] = posture
@@ -367,7 +371,7 @@ def _wait_for(tick, own, away, patience):
 
     On the way that is the time in which it stands; near the place, all.
     """
-    status: NodeStatus = RUNNING
+    status = RUNNING
     if own[4] == 0 or away < own[4] - _NEARER:
         own[4] = max(away, 1e-9)
     elif away < _OFF + _ROOM or speed_of(tick) < STANDING:
