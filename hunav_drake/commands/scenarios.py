@@ -205,15 +205,13 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from hunav_drake.scenario import ListScenarios
     from hunav_drake.scenario.fleet import planners_of
+    from hunav_drake.scenarios import shipped_names
     from hunav_drake.tracks.recorded import load_tracks
 
-    shipped = ListScenarios()
-
     def describe(name: str) -> str:
-        # (Shipped scenarios need none.)
-        if options.fix and (Path(name).is_file() or name not in shipped):
+        is_shipped = name in shipped_names() and not Path(name).is_file()
+        if options.fix and not is_shipped:
             _fix(Path(name))
         scenario = load_scenario(name, options, ways=True)
         population = scenario.population

@@ -31,7 +31,12 @@ from hunav_drake.runs.intervals import (
 from hunav_drake.runs.settings import has_settings, with_names
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.suggest import shown, suggestion
-from hunav_drake.systems.evaluation.metric import ABOUT_RUNS, base_name
+from hunav_drake.systems.evaluation.metric import (
+    ABOUT_RUNS,
+    FLEET_FAMILY,
+    METRICS,
+    base_name,
+)
 from hunav_drake.trial.metric_facts import bounds_of, direction_of, unit_of
 from hunav_drake.trial.quantity_text import ROUNDING
 
@@ -111,11 +116,12 @@ def summarize(
     found = [name for name in names if {name, base_name(name)} & {*known_rates}]
     for name in found:
         _check_rate(name, runs)
-    columns = list(dict.fromkeys([*names, *arrival_rates(runs)]))
+    goals = arrival_rates(runs)
+    columns = list(dict.fromkeys([*names, *goals]))
     rows = {}
     for kind, part in _groups(once_per_seed(_bare(runs), by, columns), by):
         for name in names:
-            done = arrivals(part, name)
+            done = arrivals(part[goals], name)
             has_goals = bool(np.isfinite(done).any())
             values = part[name].to_numpy(dtype=float)
             finite = np.isfinite(values)
@@ -246,15 +252,19 @@ def arrivals(runs: pd.DataFrame, metric: str = "") -> Array:
     Args:
         runs: A row per run.
         metric: The metric for which this counts. For one of several robots it
-            is that robot's rate, else the rate of the one that arrives least.
+            is that robot's rate, else the rate of the one that arrives least;
+            a single robot has no metrics of several.
     """
+    names = arrival_rates(runs)
     own = metric.removesuffix(base_name(metric)) + RATES[0]
-    if own == RATES[0] or own not in runs:
-        own_rates = runs[arrival_rates(runs)].min(axis=1)
-    else:
-        own_rates = runs[own]
-    rates: Array = own_rates.to_numpy(dtype=float)
-    return rates
+    if own in names and own not in RATES:
+        names = [own]
+    elif metric in METRICS and METRICS[metric].family == FLEET_FAMILY:
+        names = [it for it in names if it not in RATES]
+    rates = runs[names].to_numpy(dtype=float)
+    # (NaN, too, if there is no rate.)
+    least: Array = np.fmin.reduce(rates, axis=1, initial=np.nan)
+    return least
 
 
 def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
@@ -297,7 +307,8 @@ def _values(
         they are those of pairs in which both arrive.
     """
     names = _metric_columns(runs, [*by, *pair, on], metrics)
-    columns = list(dict.fromkeys([*names, *arrival_rates(runs)]))
+    goals = arrival_rates(runs)
+    columns = list(dict.fromkeys([*names, *goals]))
     for name in filter(is_rate, columns):
         _check_rate(name, runs)
     told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
@@ -306,7 +317,9 @@ def _values(
     for kind, part in _groups(kinds, by):
         xs, ys = (it.iloc[part.index] for it in (one, other))
         for name in names:
-            both = where_all_arrive([arrivals(it, name) for it in (xs, ys)])
+            both = where_all_arrive(
+                arrivals(it[goals], name) for it in (xs, ys)
+            )
             x, y = (it[name].to_numpy(dtype=float) for it in (xs, ys))
             if both is not None and base_name(name) not in OF_ALL_RUNS:
                 yield kind, name, x[both], y[both], True

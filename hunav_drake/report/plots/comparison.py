@@ -23,7 +23,6 @@ from hunav_drake.runs.independent_runs import (
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.runs.settings import contenders, with_names
 from hunav_drake.runs.statistics import (
-    RATES,
     TIMES,
     arrival_rates,
     arrivals,
@@ -295,15 +294,11 @@ def _prepared(
 
 def _values(runs: pd.DataFrame, metric: str) -> Array:
     """Returns the values of a metric; infinity for a goal never reached."""
-    rates = arrival_rates(runs)
-    if metric == "makespan":
-        # (A single robot has none, whether it arrives or not.)
-        rates = [it for it in rates if it not in RATES]
-    once = once_per_seed(runs, [], list(dict.fromkeys([metric, *rates])))
+    columns = [metric, *arrival_rates(runs)]
+    once = once_per_seed(runs, [], list(dict.fromkeys(columns)))
     values: Array = once[metric].to_numpy(dtype=float)
-    if base_name(metric) in TIMES and rates:
-        late = arrivals(once[[metric, *rates]], metric) < 1
-        values = np.where(late, np.inf, values)
+    if base_name(metric) in TIMES:
+        values = np.where(arrivals(once, metric) < 1, np.inf, values)
         return values[~np.isnan(values)]
     return values[np.isfinite(values)]
 

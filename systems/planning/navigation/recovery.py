@@ -142,7 +142,7 @@ def _command(
             return None
         rate = math.sqrt(2 * config.spin_acceleration * remaining)
         rate = min(max(rate, config.min_spin), config.max_spin)
-        return 0.0, min(rate, task.limits.max_turn_rate)
+        return 0.0, min(rate, turn_rate)
     done = math.hypot(at[0] - recovery.x, at[1] - recovery.y)
     if done >= config.back_up_distance:
         return None
