@@ -74,7 +74,8 @@ def runs_summary(runs: pd.DataFrame) -> list[str]:
             # Elsewhere none is defined, as for scenes without people.
             if metric := _first_of(part, bases):
                 parts[str(scenario)] = part, metric
-        sentences.append(_about(parts) if parts else missing)
+        several = runs["contender"].nunique() > 1
+        sentences.append(_about(parts, several) if parts else missing)
     return sentences
 
 
@@ -266,12 +267,13 @@ def _arrivals(runs: pd.DataFrame) -> str:
     return f"{text}."
 
 
-def _about(parts: Mapping[str, tuple[pd.DataFrame, str]]) -> str:
+def _about(parts: Mapping[str, tuple[pd.DataFrame, str]], several: bool) -> str:
     """Returns which planner is better by a metric, if one is.
 
     Args:
         parts: The runs of each scenario, and its metric: that of scenarios
             with several robots has another name.
+        several: Whether planners are compared.
     """
     means = {
         it: summarize(
@@ -281,8 +283,7 @@ def _about(parts: Mapping[str, tuple[pd.DataFrame, str]]) -> str:
     }
     what = " or ".join(dict.fromkeys(_words(it) for _, it in parts.values()))
     unit = unit_of(*next(iter(parts.values())))
-    contenders = {it for part, _ in parts.values() for it in part["contender"]}
-    if len(contenders) == 1:
+    if not several:
         return _alone(means, what, unit)
     verdicts = {it: _best(*found) for it, found in parts.items()}
     if len(parts) > 1:

@@ -160,7 +160,7 @@ def _prefix(
         )
     else:
         names = list(content) if isinstance(content, dict) else []
-        is_one = {field.name for field in dc.fields(Scenario)} & {*names}
+        is_one = bool(_PARTS & {*names}) and not _are_scenarios(content)
         if scenario_name in names and not is_one:
             return (scenario_name,)
         message = (
@@ -174,16 +174,22 @@ def _prefix(
     raise ScenarioError(document.name, faults)
 
 
+# The keys of a scenario.
+_PARTS = frozenset(field.name for field in dc.fields(Scenario))
+
+
 def _several(content: Any) -> list[str]:
     """Returns the names of the scenarios in a file of several, else nothing."""
-    parts = {field.name for field in dc.fields(Scenario)}
-    if not isinstance(content, dict) or not content or parts & set(content):
+    if not isinstance(content, dict) or not content or _PARTS & set(content):
         return []
-    are_scenarios = all(
-        isinstance(part, dict) and parts & set(part)
+    return list(content) if _are_scenarios(content) else []
+
+
+def _are_scenarios(content: dict[str, Any]) -> bool:
+    return all(
+        isinstance(part, dict) and _PARTS & set(part)
         for part in content.values()
     )
-    return list(content) if are_scenarios else []
 
 
 def _read(filename: str | Path) -> YamlDocument:

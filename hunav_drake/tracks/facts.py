@@ -70,7 +70,7 @@ def describe_tracks(tracks: Tracks) -> TracksFacts:
     period = tracks.period
     most, nearest, density = _at_each_time(tracks)
     start, end = float(times.min()), float(times.max())
-    stays = sum(it.times[-1] - it.times[0] for it in tracks.split().people)
+    stays = sum(it.times[-1] - it.times[0] for it in people)
     cells = np.unique(np.floor(places).astype(int), axis=0)
     return TracksFacts(
         people=len(people),

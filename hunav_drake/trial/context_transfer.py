@@ -132,7 +132,10 @@ def _own_parameters(diagram: Diagram) -> dict[str, Any]:
     """Returns the parameters of planners and sensors, by their systems."""
     found = {}
     for part in robot_parts(diagram.scenario):
-        found[f"{part.prefix}planner"] = plain(part.scenario.planner)
+        planner = part.scenario.planner
+        found[f"{part.prefix}planner"] = plain(planner)
+        for name in ("perception", "perception_delay"):
+            found[f"{part.prefix}{name}"] = plain(planner.sees)
         sensors = part.scenario.sensors
         for name, sensor in zip(name_sensors(sensors), sensors, strict=True):
             found[f"{part.prefix}sensor_{name}"] = plain(sensor)

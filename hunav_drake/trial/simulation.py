@@ -104,9 +104,12 @@ def _skip_done_updates(diagram: Diagram, context: Context) -> bool:
     Returns whether it does.
     """
     monitor = diagram.GetSubsystemByName("monitor")
-    if not monitor.HasUpdated(monitor.GetMyContextFromRoot(context)):
+    own = monitor.GetMyContextFromRoot(context)
+    if not monitor.HasUpdated(own):
         return False
-    context.SetTime(_just_after(context.get_time()))
+    # (That of an earlier fork at the instant is just after it already.)
+    if monitor.IsStep(own):
+        context.SetTime(_just_after(context.get_time()))
     return True
 
 

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.evaluation.compute import Evaluation
 from hunav_drake.systems.evaluation.metric import METRICS, SITUATIONS_FAMILY
 from hunav_drake.systems.evaluation.metrics import reduce
@@ -19,7 +19,7 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situation_labels import LABELS
 from hunav_drake.systems.evaluation.situations import FindSituations
 
-_ToNumbers = Callable[[Recording], Array | Mask]
+_ToNumbers = Callable[[Recording], Array]
 _ToValue = Callable[[Array], float]
 
 # What is told of a label itself: its name, and its column in `shares`.
@@ -42,6 +42,12 @@ _REDUCED: dict[str, _ToValue] = {
     "space_compliance": lambda series: 100 * reduce.mean(series),
 }
 
+
+def _contacts(recording: Recording, *, to_robot: bool) -> Array:
+    """Returns how many contacts begin at each sample: see `charged`."""
+    return charged(recording, to_robot=to_robot).sum(axis=1, dtype=float)
+
+
 # Metrics of which the series does not tell enough: what they are made of, shape
 # (samples,) or (samples, people), and how.
 _MADE_OF: dict[str, tuple[_ToNumbers, _ToValue]] = {
@@ -50,11 +56,11 @@ _MADE_OF: dict[str, tuple[_ToNumbers, _ToValue]] = {
     "replay_ade_at_phase": (partial(replay_errors, at_phase=True), reduce.mean),
     "reactive_share": (reacting, reduce.mean),
     "robot_on_person_collisions": (
-        partial(charged, to_robot=True),
+        partial(_contacts, to_robot=True),
         reduce.total,
     ),
     "person_on_robot_collisions": (
-        partial(charged, to_robot=False),
+        partial(_contacts, to_robot=False),
         reduce.total,
     ),
 }
@@ -129,7 +135,7 @@ def _series(
             result[name] = series, np.fmin.reduce
         elif name in _MADE_OF:
             numbers, how = _MADE_OF[name]
-            result[name] = np.asarray(numbers(recording), dtype=float), how
+            result[name] = numbers(recording), how
         elif key in found.series and name in METRICS:
             series = found.series[key][: len(recording)]
             if name in _COUNTED:

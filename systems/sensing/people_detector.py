@@ -114,10 +114,10 @@ class PeopleDetector(Sampling, VisiblePeople):
             number=number,
         )
         ids = range(1, num_humans + 1) if human_ids is None else human_ids
-        # Streams of draws: of people by their numbers, then of other robots.
-        most = max(ids, default=0)
+        # Streams of draws: of people by their numbers, and of other robots.
         self._ids = [(i - 1) % 2**31 for i in ids]
-        self._ids += range(most, most + self._num_bodies - num_humans)
+        others = range(self._num_bodies - num_humans)
+        self._ids += [2**20 - 1 - k for k in others]
         begun = config.false_rate * config.period
         # The probabilities that at most 0, 1, ... begin in a period.
         self._at_most = pdtr(np.arange(num_false), begun)

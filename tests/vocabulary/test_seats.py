@@ -10,6 +10,7 @@ import pytest
 from hunav_drake import (
     LoadContext,
     LoadScenario,
+    MakeHumans,
     MakeTrialDiagram,
     MakeTrialSimulator,
     SaveContext,
@@ -533,3 +534,39 @@ def test_who_sits_presses_slowly_against_who_stands_in_the_way_out():
     assert place(states, command, bodies, 0.05)[0, 0] == 0.0
     alone = place(states[:1], command[:1], bodies, 0.05)
     assert alone[0, 0] == 0.0
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize(
+    ("start", "speed"), [((1.4, 0.0), 0.06), ((2.5, 4.0), 1.3)]
+)
+def test_patience_does_not_count_progress(start, speed, dt):
+    """However slow somebody is, and however short a step."""
+    scene = world(CHAIR, {"type": "bed", "center": [0, 4]})
+    kind = "bed" if start[1] else "seat"
+    nodes = f'<UsePlace name="it" kind="{kind}" patience="2" seconds="3"/>'
+    person = someone(
+        *(*start, math.pi, f"<RunOnce>{nodes}</RunOnce>"),
+        rest=STAND,
+        desired_speed=speed,
+        max_speed=speed,
+    )
+    people = MakeHumans([person], obstacles=scene, num_robots=0, time_step=dt)
+    simulator = Simulator(people)
+    for k in range(150):
+        simulator.AdvanceTo(0.2 * k)
+        signals = people.GetOutputPort("social_signals").Eval(
+            simulator.get_context()
+        )
+        if signals[Signal.POSTURE] != 0 and k * 0.2 > 1:
+            break
+    assert signals[Signal.POSTURE] != 0
+
+
+def test_who_queues_at_a_seat_without_approaches_faces_as_it_does():
+    place = Place(name="spot", type="seat", pose=(0.0, 0.0, 1.57))
+    node = '<Queue name="it" place="spot"/>'
+    stage = Stage([someone(-2, 0, 0, node)], places=[place])
+    for _ in stage.run(10.0):
+        pass
+    assert stage.states[0, 2] == pytest.approx(1.57, abs=0.1)

@@ -73,8 +73,8 @@ _UPON = 0.02
 # Somebody faces a direction within this angle, in radians.
 _FACING = 0.05
 
-# Somebody waits near a place if it comes no nearer than this, in meters.
-_NEARER = 0.005
+# Somebody waits who comes nearer to a place more slowly than this, in m/s.
+_NEARER = 0.02
 
 # The first part of a way onto a seat, which must be free, and the last part,
 # for which nobody waits, in meters (see `crowd.placed`).
@@ -148,7 +148,8 @@ def queue(
         # (Who queues at a seat waits beside it.)
         seat = slot_at(tick, _slot_row(tick, row, 0))
         x, y = seat[3], seat[4]
-        yaw = math.atan2(seat[1] - y, seat[0] - x)
+        if math.hypot(seat[0] - x, seat[1] - y) > _UPON:
+            yaw = math.atan2(seat[1] - y, seat[0] - x)
     spacing, seconds = place_at(tick, row)[5], place_at(tick, row)[6]
     before = signal_of(tick, tick.index)
     begins = own[1] == 0
@@ -327,6 +328,7 @@ def use_place(
     signal[_GESTURE] = gesture
     own[0] += 1
     own[1] = 0.0
+    own[4] = 0.0
     if seconds == 0:
         seconds = place_at(tick, at)[6]
     if steps_reach(own[0], tick.time_step, seconds):
@@ -372,7 +374,7 @@ def _wait_for(tick, own, away, patience):
     On the way that is the time in which it stands; near the place, all.
     """
     status = RUNNING
-    if own[4] == 0 or away < own[4] - _NEARER:
+    if own[4] == 0 or away < own[4] - _NEARER * tick.time_step:
         own[4] = max(away, 1e-9)
     elif away < _OFF + _ROOM or speed_of(tick) < STANDING:
         own[1] += 1

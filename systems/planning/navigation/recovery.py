@@ -100,7 +100,7 @@ def recover(
 
 
 # Who is held takes no longer for a recovery than this, in seconds (Nav2's
-# `time_allowance`), or twice as long as when free.
+# `time_allowance`), or twice as long as at the lowest speed.
 _ALLOWANCE = 10.0
 
 
@@ -131,10 +131,11 @@ def _command(
     turn_rate = min(config.max_spin, task.limits.max_turn_rate)
     speed = min(config.back_up_speed, task.limits.max_reverse_speed)
     if kind == "spin":
-        size, most = config.spin_angle, turn_rate
+        size, most, slows = config.spin_angle, turn_rate, config.min_spin
     else:
-        size, most = config.back_up_distance, speed
-    if most <= 0 or elapsed > max(_ALLOWANCE, 2 * size / most):
+        size, most, slows = config.back_up_distance, speed, speed
+    least = min(most, slows)
+    if most <= 0 or elapsed > max(_ALLOWANCE, 2 * size / max(least, 1e-9)):
         return None
     if kind == "spin":
         remaining = config.spin_angle - abs(recovery.turned)

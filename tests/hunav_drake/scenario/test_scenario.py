@@ -89,6 +89,16 @@ def test_one_of_several_scenarios_is_taken_by_name():
     assert LoadScenario(data=TWO, scenario_name="one").robot.radius == 0.2
 
 
+def test_one_of_several_scenarios_may_be_named_like_a_key():
+    two = TWO.replace("one:", "crowd:", 1).replace("nobody", "sfm")
+    for name, radius in (("crowd", 0.2), ("two", 0.3)):
+        loaded = LoadScenario(data=two, scenario_name=name)
+        assert loaded.robot.radius == radius
+    assert "leave scenario_name" in str(
+        failure(data="robot: {radius: 0.2}", scenario_name="robot")
+    )
+
+
 def test_a_wrong_scenario_name_lists_the_nearest():
     text = str(failure(data=TWO, scenario_name="on"))
     assert "there is no scenario 'on' in it; did you mean 'one'?" in text

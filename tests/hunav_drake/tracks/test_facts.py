@@ -33,3 +33,9 @@ def test_times_without_people_count_in_the_mean():
     assert facts.most == 2
     instant = Tracks((Track(1, np.zeros(1), np.zeros((1, 2))),))
     assert describe_tracks(instant).present == 1.0
+
+
+@pytest.mark.parametrize("period", [1.0, 2.0, 4.0])
+def test_who_is_seen_seldom_is_there_in_between(period):
+    facts = describe_tracks(Tracks(tuple(line(i, period) for i in (1, 2))))
+    assert facts.present == 2.0

@@ -741,3 +741,11 @@ def test_values_of_a_label_that_always_holds_are_those_of_the_trial():
             value = values[f"{name}[standing]"][0]
             told = found.values[name]
             assert value == pytest.approx(told, nan_ok=True), name
+
+
+def test_without_people_nobody_is_touched_in_any_situation():
+    run = make(0.1 * np.arange(5), rows(5, vx=1.0), goal=(4.5, 0, 0))
+    values = situation_values(run, evaluate(run))
+    assert values["time_share[empty]"][0] == 1.0
+    for name in ("robot_on_person_collisions", "person_on_robot_collisions"):
+        assert values[f"{name}[empty]"][0] == 0.0
