@@ -71,6 +71,17 @@ def test_14_a_place_is_reached_and_the_goals_stay():
     assert stage.states[0, :2] == pytest.approx([9, 0], abs=0.5)
 
 
+def test_nobody_arrives_exactly():
+    """Or turns exactly: a tolerance is more than nothing."""
+    for node, port in (
+        ('<GoTo goal_id="0"', "tolerance"),
+        ('<LookAtPoint goal_id="0"', "yaw_tolerance"),
+    ):
+        person = someone(0, 0, 0, f'{node} {port}="0"/>')
+        with pytest.raises(ValueError, match=f"{port}: must be in"):
+            Stage([person], places=[Place(name="spot", pose=(3, 0, 0))])
+
+
 def test_15_places_become_goals():
     places = [Place(name=f"p{i}", pose=(i, 4.0, 0)) for i in range(1, 4)]
     nodes = (

@@ -54,7 +54,7 @@ from hunav_drake.systems.common.kernels import jit, jit_inline
 from hunav_drake.systems.common.layout import Signal
 from hunav_drake.systems.common.schema import within
 
-Angle = Annotated[float, within(0, math.pi, "rad")]
+Angle = Annotated[float, within(0, math.pi, "rad", low_open=True)]
 
 _GAZE, _X, _Y = int(Signal.GAZE), int(Signal.GAZE_X), int(Signal.GAZE_Y)
 

@@ -22,10 +22,7 @@ from hunav_drake.systems.behavior.leaves.pacing import (
     walk_to,
 )
 from hunav_drake.systems.behavior.leaves.reactions import TURN_RATE
-from hunav_drake.systems.behavior.leaves.robot_conditions import (
-    Distance,
-    course,
-)
+from hunav_drake.systems.behavior.leaves.robot_conditions import course
 from hunav_drake.systems.behavior.leaves.social_ports import (
     PersonNumber,
     PlaceName,
@@ -84,7 +81,7 @@ _FLIGHT, _ROOM, _FAR_ENOUGH = 2.0, 1.0, 0.3
 def go_to(
     tick: Tick,
     goal_id: PlaceName,
-    tolerance: Distance = 0.1,
+    tolerance: PositiveDistance = 0.1,
     robot: Role = "pedestrian",
 ) -> NodeStatus:
     """Walks to a place, and stands there.
