@@ -67,6 +67,8 @@ _QUATERNION = Rule((7,), -1e12, 1e12)
 _COLOR = Rule((4, 3))
 _TIME = Rule((1,), 0.0, 1e9)
 _NORMAL = Rule((3,), not_zero="all")
+# The cosine of the slope up to which a plane is a floor.
+_LEVEL = 0.99
 _SCALE = Rule((3, 1), -1e4, 1e4, not_zero="each")
 GREY = (0.7, 0.7, 0.7, 1.0)
 _NAMED = {
@@ -616,12 +618,12 @@ class _Reader:
                     f"<{it.element.tag}> must have a <geometry>; give it one"
                 )
             role = it.element.tag
+            X_WG = X_WL @ X_LG
             try:
-                shape, size = self._shape(geometry, scale)
+                shape, size = self._shape(geometry, scale, X_WG)
             except _Fault as fault:
                 failed[role].append(fault)
                 continue
-            X_WG = X_WL @ X_LG
             if not np.abs(X_WG.translation()).max() <= _FAR:
                 self.losses.append(
                     f"{it.place()}: a part of {name.partition('::')[0]} is left"
@@ -654,7 +656,7 @@ class _Reader:
             )
 
     def _shape(
-        self, geometry: _Source, scale: Triple
+        self, geometry: _Source, scale: Triple, X_WG: RigidTransform
     ) -> tuple[Shape | MeshFile | None, Triple]:
         """Returns a shape, or None if it has no meaning here, and its scale."""
         for child in geometry.element.children:
@@ -681,7 +683,10 @@ class _Reader:
             normal = [0.0, 0.0, 1.0]
             if child.tag == "plane":
                 normal = it.numbers("normal", _NORMAL, normal)
-            if child.tag == "empty" or (child.tag == "plane" and normal[2]):
+            slope = X_WG.rotation() @ np.array(normal)
+            # (A trial has a floor; planes that are steeper are walls or ramps.)
+            level = abs(slope[2]) > _LEVEL * np.linalg.norm(slope)
+            if child.tag == "empty" or (child.tag == "plane" and level):
                 return None, scale
             if child.tag in ("heightmap", "image", "polyline", "plane"):
                 self.losses.append(

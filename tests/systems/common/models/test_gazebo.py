@@ -471,6 +471,23 @@ def test_what_has_no_meaning_is_noted_and_what_moves_stands(write):
     assert "<plane> is left out" in second
 
 
+@pytest.mark.parametrize(
+    ("normal", "roll", "is_floor"),
+    [
+        ("0 0 1", 0.0, True),
+        ("0 0 -2", 0.1, True),
+        ("0 0 1", 1.5707963, False),
+        ("0 1 0", 1.5707963, True),
+        ("0 0 1", 0.3, False),
+    ],
+)
+def test_planes_are_floors_where_they_are_level(write, normal, roll, is_floor):
+    shape = f"<geometry><plane><normal>{normal}</normal></plane></geometry>"
+    pose = f"<pose>0 0 0 {roll} 0 0</pose>"
+    path = write("a.world", world(model() + model(shape, "p", more=pose)))
+    assert bool(read_gazebo(path).losses) is not is_floor
+
+
 def test_what_fell_out_of_the_world_is_lost(write):
     far = model(name="b", more="<pose>0 0 -7e8 0 0 0</pose>")
     link = model(name="c").replace("<coll", "<pose>1e6 0 0 0 0 0</pose><coll")
