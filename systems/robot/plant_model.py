@@ -353,8 +353,11 @@ def _check_stages(
     joints: Mapping[str, Joint],
     drive: PlanarBase,
 ) -> None:
-    for column, (key, kind) in enumerate(
-        (("x", PrismaticJoint), ("y", PrismaticJoint), ("yaw", RevoluteJoint))
+    stages = {}
+    for key, kind in (
+        ("x", PrismaticJoint),
+        ("y", PrismaticJoint),
+        ("yaw", RevoluteJoint),
     ):
         name = getattr(drive, key)
         if not name:
@@ -362,21 +365,25 @@ def _check_stages(
                 ("drive", key),
                 "is missing; name all of x, y and yaw, or none of them",
             )
-        joint = _joint(joints, key, name, kind)
+        stages[key] = _joint(joints, key, name, kind)
+    start = plant.GetPositions(context)
+    position = start.copy()
+    # (x and y of the world stay what they are when the base has turned.)
+    for column, key in ((2, "yaw"), (0, "x"), (1, "y")):
+        joint = stages[key]
         here = _pose(plant, context, base)
-        position = plant.GetPositions(context)
-        moved = position.copy()
-        moved[joint.position_start()] += 0.1
-        plant.SetPositions(context, moved)
-        change = _pose(plant, context, base) - here
+        position[joint.position_start()] += 0.1
         plant.SetPositions(context, position)
+        change = _pose(plant, context, base) - here
         if abs(change - 0.1 * np.eye(3)[column]).max() > 1e-6:
             raise ModelFault(
                 ("drive", key),
                 f"must move {shown(base.name())} along {key} of the world, but"
-                f" 0.1 of {shown(name)} changes (x, y, yaw) by"
-                f" {np.round(change, 6).tolist()}",
+                f" 0.1 of {shown(joint.name())} changes (x, y, yaw) by"
+                f" {np.round(change, 6).tolist()}; let the joints of x and y"
+                " carry that of yaw",
             )
+    plant.SetPositions(context, start)
     if abs(_pose(plant, context, base)).max() > 1e-6:
         raise ModelFault(
             ("base",),

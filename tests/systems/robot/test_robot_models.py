@@ -1,6 +1,7 @@
 """Robots from users' files: driving, and messages of faults."""
 
 import math
+import re
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -308,6 +309,23 @@ def test_wrong_planar_joints_are_told(stages, change, key, words):
     ((place, message),) = ROBOTS.make(stages).find_faults()
     assert place == ("drive", key)
     assert words in message
+
+
+def test_planar_joints_that_turn_with_the_base_are_told(stages, tmp_path):
+    """They would be along the world's axes at yaw 0 only."""
+    text = STAGES
+    for joint, ends in (
+        ("turn", '<parent link="world"/><child link="x"/>'),
+        ("along_x", '<parent link="x"/><child link="y"/>'),
+        ("along_y", '<parent link="y"/><child link="chassis"/>'),
+    ):
+        head, tail = text.split(f'<joint name="{joint}"')
+        tail = re.sub("<parent.*?/><child.*?/>", ends, tail, count=1)
+        text = f'{head}<joint name="{joint}"{tail}'
+    stages["file"] = write_model(tmp_path, text)
+    ((place, message),) = ROBOTS.make(stages).find_faults()
+    assert place == ("drive", "x")
+    assert "0.1 of 'along_x' changes (x, y, yaw) by [0.0995, 0.00" in message
 
 
 def test_a_robot_does_not_carry_the_world(tmp_path):
