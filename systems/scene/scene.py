@@ -294,6 +294,7 @@ def AddKinematics(
             np.array(rows) if rows else np.zeros((0, FIGURE_SIZE)),
             {name: joint_positions(j) for name, j in robot_joints.items()},
             num_positions=plant.num_positions(),
+            default_positions=plant.GetDefaultPositions(),
             time_step=time_step,
             figures=Figures(
                 figure_rows([it.figure for it in humans]),

@@ -62,6 +62,7 @@ class SceneKinematics(LeafSystem):
         robot_positions: Mapping[str, ArrayLike],
         *,
         num_positions: int,
+        default_positions: ArrayLike | None = None,
         time_step: float = 0.05,
         figures: Figures | None = None,
     ) -> None:
@@ -71,8 +72,9 @@ class SceneKinematics(LeafSystem):
         positions in those of the plant (in the order of `gait`), of lively
         figures (n, 14), and
         `robot_positions` those of x, y and yaw of each robot, by its name,
-        which is empty for a single one. `figures` are those of the people,
-        by default adults.
+        which is empty for a single one. All others of the `num_positions`
+        stay at the `default_positions`, by default at 0. `figures` are those of
+        the people, by default adults.
         """
         super().__init__()
         self._human_positions = np.asarray(human_positions, dtype=np.int64)
@@ -82,7 +84,9 @@ class SceneKinematics(LeafSystem):
         if figures is None:
             figures = Figures(adult_figures(len(self._human_positions)))
         self._figures = np.asarray(figures.rows, dtype=float)
-        self._num_positions = num_positions
+        self._default_positions: Array = np.zeros(num_positions)
+        if default_positions is not None:
+            self._default_positions[:] = default_positions
         self._time_step = check_time_step(time_step)
 
         self._human_states = self.DeclareVectorInputPort(
@@ -147,7 +151,7 @@ class SceneKinematics(LeafSystem):
             state.set_value(self._manners, manners)
 
     def _CalcPositions(self, context: Context, output: BasicVector) -> None:
-        q: Array = np.zeros(self._num_positions)
+        q = self._default_positions.copy()
         # Without people their port may be unconnected.
         if len(self._human_positions):
             figures = pose_figures(

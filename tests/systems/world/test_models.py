@@ -14,6 +14,7 @@ from hunav_drake import (
     MakeTrialDiagram,
     RunTrial,
     SaveScenario,
+    Scenario,
     ScenarioError,
 )
 from hunav_drake.scenario.json_schema import scenario_json_schema
@@ -268,3 +269,39 @@ def test_the_json_schema_has_maps_and_models():
     assert validator.is_valid({"world": world})
     for wrong in ({"map": 1}, {"models": [{"pose": [1, 2, 3]}]}):
         assert not validator.is_valid({"world": wrong})
+
+
+DOOR = """<sdf version="1.9"><model name="cupboard">
+<link name="box"><collision name="c"><pose>0 0 0.5 0 0 0</pose>
+<geometry><box><size>0.4 0.4 1</size></box></geometry></collision></link>
+<link name="door"><pose>0.2 0 0.5 0 0 0</pose>
+<collision name="c"><pose>0.5 0 0 0 0 0</pose>
+<geometry><box><size>1 0.1 1</size></box></geometry></collision>
+<visual name="v"><pose>0.5 0 0 0 0 0</pose>
+<geometry><box><size>1 0.1 1</size></box></geometry></visual></link>
+<joint name="hinge" type="revolute"><parent>box</parent><child>door</child>
+<axis><xyz>0 0 1</xyz></axis></joint></model></sdf>
+"""
+
+
+def test_a_joint_is_seen_where_it_is_in_the_way(tmp_path):
+    (tmp_path / "door.sdf").write_text(DOOR)
+    file = tmp_path / "open.dmd.yaml"
+    add = {"name": "cupboard", "file": f"file://{tmp_path}/door.sdf"}
+    add |= {"default_joint_positions": {"hinge": [math.pi / 2]}}
+    weld = {"parent": "world", "child": "cupboard::box"}
+    weld |= {"X_PC": {"translation": [3, 0, 0]}}
+    directives = [{"add_model": add}, {"add_weld": weld}]
+    file.write_text(yaml.safe_dump({"directives": directives}))
+    x, y = world(file).obstacles().segments.reshape(-1, 2).T
+    assert (x.max(), y.max()) == pytest.approx((3.25, 1.0))
+    diagram = MakeTrialDiagram(Scenario(world=world(file)))
+    context = diagram.CreateDefaultContext()
+    query = diagram.GetOutputPort("query").Eval(context)
+    (door,) = (
+        it
+        for it in query.inspector().GetAllGeometryIds(Role.kPerception)
+        if "cupboard" in query.inspector().GetName(it)
+    )
+    X_WG = query.GetPoseInWorld(door)
+    np.testing.assert_allclose(X_WG.translation(), [3.2, 0.5, 0.5], atol=1e-9)
