@@ -36,7 +36,7 @@ from hunav_drake.systems.people.traffic import Traffic
 from hunav_drake.systems.planning import PlanningTask
 from hunav_drake.systems.planning.planner import asked_scan_size
 from hunav_drake.systems.robot import DiscContacts, RobotTask
-from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.systems.robot.robot_config import MOUNT, RobotConfig
 from hunav_drake.systems.robot.robots import AddPhysicalRobots, PhysicalRobot
 from hunav_drake.systems.scene import AddScene, SceneInputs, ScenePorts
 from hunav_drake.systems.scene.scene_config import COSTMAPS
@@ -529,6 +529,8 @@ def _Rendering(scene: ScenePorts, part: RobotPart) -> Rendering:
     name = part.name or "robot"
     if plant.HasModelInstanceNamed(name):
         robot = plant.GetModelInstanceByName(name)
-        base = plant.GetBodyIndices(robot)[0]
-        frames["robot"] = plant.GetBodyFrameIdOrThrow(base)
+        carrier = plant.GetBodyIndices(robot)[0]
+        if plant.HasBodyNamed(MOUNT, robot):
+            carrier = plant.GetBodyByName(MOUNT, robot).index()
+        frames["robot"] = plant.GetBodyFrameIdOrThrow(carrier)
     return Rendering(scene.scene_graph, frames)

@@ -33,6 +33,7 @@ from hunav_drake.systems.robot.drives import (
     PlanarBase,
     WheelDrive,
 )
+from hunav_drake.systems.robot.robot_config import MOUNT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -417,8 +418,13 @@ def AddFigure(
         ModelFault: If the model does not fit the drive.
     """
     facts = inspect_model(source, drive)
-    instance, _ = AddModel(plant, source)
+    instance, base = AddModel(plant, source)
     plant.RenameModelInstance(instance, name)
+    # It is on the floor below the base, with its heading.
+    mount = plant.AddRigidBody(MOUNT, instance).body_frame()
+    height = RigidTransform([0.0, 0.0, facts.height])
+    X_MB = height if facts.root else facts.X_RB
+    plant.WeldFrames(base.body_frame(), mount, X_MB.inverse())
     if not facts.root:
         return [
             plant.GetJointByName(getattr(drive, key), instance)

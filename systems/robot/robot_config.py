@@ -34,6 +34,9 @@ TurnAcceleration = Annotated[
 Tolerance = Annotated[StrictFloat, within(0, 10, "m", low_open=True)]
 YawTolerance = Annotated[StrictFloat, within(0, 10, "rad", low_open=True)]
 
+# The body of a figure that carries cameras: see `RobotConfig.AddFigure`.
+MOUNT = "hunav_mount"
+
 
 @plain_errors
 @dataclass(kw_only=True, slots=True, config=CONFIG)
@@ -165,7 +168,8 @@ class RobotConfig(ABC):
         """Adds the robot's own figure to a plant for display only.
 
         The MultibodyPlant is registered with a SceneGraph and not finalized
-        yet; the figure is the model instance `name`.
+        yet; the figure is the model instance `name`. Its body `MOUNT`, or
+        without one its first body, carries cameras: its frame is on the floor.
 
         Returns:
             The joints whose positions, in this order, are x, y and yaw; None,

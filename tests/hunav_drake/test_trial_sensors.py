@@ -6,6 +6,7 @@ from multiprocessing import get_context
 
 import numpy as np
 from pydantic.dataclasses import dataclass
+from pydrake.math import RigidTransform, RollPitchYaw
 import pytest
 
 from hunav_drake import (
@@ -17,6 +18,7 @@ from hunav_drake import (
     MakeTrialSimulator,
     RunTrial,
     SaveContext,
+    Scenario,
     ScenarioError,
     SetTrialSeed,
 )
@@ -37,8 +39,11 @@ from hunav_drake.systems.sensing import (
     VisiblePeople,
     scan_points,
 )
+from hunav_drake.systems.sensing.camera import camera_pose
 from hunav_drake.systems.world.obstacles import Obstacles
+from tests.choices import NEEDED
 from tests.hunav_drake.scenario.loading_failure import failure
+from tests.robot_models import ROBOTS as MODELS
 
 NOISY = "sensors=[{type: lidar, noise: 0.03, range_max: 8}]"
 DURATION = 3.0
@@ -134,6 +139,31 @@ def test_the_sensors_of_a_trial_have_outputs_by_their_names():
     for name, width in (("", 64), ("camera_2_", 80)):
         for image in ("color_image", "depth_image", "label_image"):
             assert output(name + image).data.shape[:2] == (48, width)
+
+
+@pytest.mark.parametrize("model", ["turtle.urdf", "stages.urdf", "car"])
+def test_a_camera_is_on_the_pose_of_a_physical_robot(model, tmp_path):
+    """Whatever the first body of its model is, and how high its base."""
+    robot = NEEDED["urdf"]
+    if model in MODELS:
+        text, base, drive = MODELS[model]
+        (tmp_path / model).write_text(text)
+        robot = {"file": str(tmp_path / model), "base": base, "drive": drive}
+    robot = {**robot, "type": "urdf", "start": (1.0, 0.5, 0.4)}
+    camera = {"type": "camera", "height": 1.2, "pose": (0.3, 0.1, 0.0)}
+    scenario = Scenario(robot=robot, sensors=[camera])
+    diagram = MakeTrialDiagram(scenario)
+    context = diagram.CreateDefaultContext()
+    x, y, yaw, *_ = diagram.GetOutputPort("robot_state").Eval(context)
+    eye = diagram.GetSubsystemByName("sensor_camera")
+    eye = eye.GetSubsystemByName("rgbd_sensor")
+    port = eye.GetOutputPort("body_pose_in_world")
+    X_WC = port.Eval(eye.GetMyContextFromRoot(context))
+    expected = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0])
+    expected = expected @ camera_pose(scenario.sensors[0])
+    np.testing.assert_allclose(
+        X_WC.GetAsMatrix4(), expected.GetAsMatrix4(), atol=1e-9
+    )
 
 
 def test_a_scan_agrees_with_the_walls_of_the_trial():
