@@ -7,6 +7,7 @@ import math
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
+    BodyIndex,
     FixedOffsetFrame,
     Joint,
     JointActuator,
@@ -32,6 +33,7 @@ from hunav_drake.systems.robot.plant_model import (
     ModelSource,
     Wheel,
     inspect_model,
+    root_of,
 )
 from hunav_drake.systems.robot.robot_driver import MotorStates
 
@@ -57,13 +59,17 @@ _GRIP = 0.9 * 9.81
 class DrivenModel:
     """A model with motors in a plant that is not finalized yet.
 
-    The body `base` has the pose of the robot; `motors` are the joints of the
-    drive: those of `wheels` (see `ModelFacts`), then those along x, along y and
-    about z, if there are any. A `floats` model is not carried by the floor.
+    The body `base` has the pose of the robot; `bodies` are all that joints hold
+    to it, also those of other models of its file, and `joints` these joints.
+    `motors` are the joints of the drive: those of `wheels` (see `ModelFacts`),
+    then those along x, along y and about z, if there are any. A `floats` model
+    is not carried by the floor.
     """
 
     instance: ModelInstanceIndex
     base: RigidBody
+    bodies: tuple[BodyIndex, ...]
+    joints: tuple[Joint, ...]
     motors: tuple[Joint, ...]
     wheels: tuple[Wheel, ...] = ()
     floats: bool = False
@@ -83,6 +89,7 @@ def AddDrivenModel(
         ModelFault: If the model does not fit the drive.
     """
     facts = inspect_model(source, drive)
+    num_before = plant.num_bodies()
     instance, base = AddModel(plant, source)
     motors: list[Joint] = [
         plant.GetJointByName(wheel.joint, instance) for wheel in facts.wheels
@@ -138,7 +145,18 @@ def AddDrivenModel(
             else PdControllerGains(p=_NO_SPRING, d=damping)
         )
     floats = isinstance(drive, MecanumWheels)
-    return DrivenModel(instance, base, tuple(motors), facts.wheels, floats)
+    every = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    root = root_of(base, every)
+    bodies = [
+        BodyIndex(i)
+        for i in range(num_before, plant.num_bodies())
+        if root_of(plant.get_body(BodyIndex(i)), every) is root
+    ]
+    between = [it for it in every if it.child_body().index() in bodies]
+    return DrivenModel(
+        *(instance, base, tuple(bodies), tuple(between)),
+        *(tuple(motors), facts.wheels, floats),
+    )
 
 
 def _arms(drive: WheelDrive, wheels: tuple[Wheel, ...]) -> list[float]:

@@ -137,10 +137,10 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
         plant.get_joint(index).name(): plant.get_joint(index)
         for index in plant.GetJointIndices(instance)
     }
-    root = _root_of(base, list(joints.values()))
+    root = root_of(base, list(joints.values()))
     _finalize(plant)
     context = plant.CreateDefaultContext()
-    mass = plant.CalcTotalMass(context, [instance])
+    mass = plant.CalcTotalMass(context)
     if not mass > 0:
         raise ModelFault(
             ("file",),
@@ -153,6 +153,16 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
                 ("file",),
                 f"has the joint {shown(joint.name())} that carries the world;"
                 " give it a link of the robot as its child",
+            )
+    for motor in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
+        if motor.model_instance() != instance:
+            apart = plant.GetModelInstanceName(motor.model_instance())
+            raise ModelFault(
+                ("file",),
+                f"has the motor {shown(motor.name())} in another model,"
+                f" {shown(apart)}, than {shown(source.base)}: nothing holds or"
+                " commands it; move its joint to the model of the base, or"
+                " make it fixed",
             )
     wheels: tuple[Wheel, ...] = ()
     if isinstance(drive, WheelDrive):
@@ -205,7 +215,7 @@ def _finalize(plant: MultibodyPlant) -> None:
         ) from error
 
 
-def _root_of(body: RigidBody, joints: list[Joint]) -> RigidBody:
+def root_of(body: RigidBody, joints: list[Joint]) -> RigidBody:
     """Returns the root that carries a body over all joints."""
     carrier = {joint.child_body().index(): joint for joint in joints}
     while body.index() in carrier:

@@ -1,6 +1,6 @@
 """A robot in a MultibodyPlant with people that it collides with."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import itertools
 import math
 from typing import NamedTuple
@@ -24,7 +24,7 @@ from pydrake.multibody.plant import (
     DiscreteContactApproximation,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import ModelInstanceIndex, RevoluteJoint
+from pydrake.multibody.tree import BodyIndex, RevoluteJoint
 from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
@@ -235,7 +235,7 @@ def _MakeRobot(
         PlantContacts(
             people.bodies[: people.num_people],
             people.radii[: people.num_people],
-            plant.GetBodyIndices(model.instance),
+            model.bodies,
             time_step=task.time_step,
             plant_step=step,
             reach=_reach(plant, scene_graph, model),
@@ -338,15 +338,14 @@ def _reach(
     plant: MultibodyPlant, scene_graph: SceneGraph, model: DrivenModel
 ) -> float:
     """Returns the reach of a robot in a plant: see `body_reach`."""
-    joints = map(plant.get_joint, plant.GetJointIndices(model.instance))
-    moving = {j.index() for j in joints if j.num_velocities() in range(1, 6)}
+    moving = {j.index() for j in model.joints if j.num_velocities()}
     if moving - {joint.index() for joint in model.motors}:
         return math.inf
     inspector = scene_graph.model_inspector()
     context = plant.CreateDefaultContext()
     base = model.base.body_frame()
     reach = 0.0
-    for index in plant.GetBodyIndices(model.instance):
+    for index in model.bodies:
         body = plant.get_body(index)
         X_BL = plant.CalcRelativeTransform(context, base, body.body_frame())
         for geometry in plant.GetCollisionGeometriesForBody(body):
@@ -393,8 +392,7 @@ def _MendShapes(
     source = plant.get_source_id()
     inspector = scene_graph.model_inspector()
     context = plant.CreateDefaultContext()
-    for index in plant.GetJointIndices(model.instance):
-        joint = plant.get_joint(index)
+    for joint in model.joints:
         if not isinstance(joint, RevoluteJoint):
             continue
         wheel = joint.child_body()
@@ -446,23 +444,23 @@ def _FilterCollisions(
     """Keeps only the contacts of each robot with everything else."""
     world = GeometrySet(plant.GetCollisionGeometriesForBody(plant.world_body()))
 
-    def shapes(instance: ModelInstanceIndex) -> GeometrySet:
-        bodies = map(plant.get_body, plant.GetBodyIndices(instance))
+    def shapes(bodies: Iterable[BodyIndex]) -> GeometrySet:
         return GeometrySet(
             [
                 shape
-                for body in bodies
+                for body in map(plant.get_body, bodies)
                 for shape in plant.GetCollisionGeometriesForBody(body)
             ]
         )
 
     without = CollisionFilterDeclaration()
     for robot in robots:
-        without.ExcludeWithin(shapes(robot.instance))
+        without.ExcludeWithin(shapes(robot.bodies))
         if robot.floats:
-            without.ExcludeBetween(shapes(robot.instance), GeometrySet([floor]))
+            without.ExcludeBetween(shapes(robot.bodies), GeometrySet([floor]))
     if plant.HasModelInstanceNamed(PEOPLE):
-        people = shapes(plant.GetModelInstanceByName(PEOPLE))
+        instance = plant.GetModelInstanceByName(PEOPLE)
+        people = shapes(plant.GetBodyIndices(instance))
         without.ExcludeWithin(people)
         without.ExcludeBetween(people, world)
     scene_graph.collision_filter_manager().Apply(without)

@@ -123,6 +123,55 @@ def test_a_base_may_be_fixed_to_what_lies_on_the_floor(tmp_path, base):
     assert math.hypot(x - 1, y - 2) == pytest.approx(0.4 * 3.8, abs=0.05)
 
 
+BOOM = """<robot name="boom"><link name="boom">
+  <inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1"
+    iyz="0" izz="0.1"/></inertial>
+  <collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.1 0.1"/></geometry>
+  </collision></link>{more}</robot>
+"""
+
+
+def with_boom(folder, more=""):
+    """A robot whose file is made of two models."""
+    write_model(folder, FOOTPRINT)
+    (folder / "boom.urdf").write_text(BOOM.format(more=more))
+    directives = [
+        {"add_model": {"name": name, "file": f"file://{folder}/{file}"}}
+        for name, file in (("turtle", "robot.urdf"), ("boom", "boom.urdf"))
+    ]
+    weld = {"parent": "turtle::base_link", "child": "boom::boom"}
+    weld |= {"X_PC": {"translation": [0, 0, 0.3]}}
+    file = folder / "robot.dmd.yaml"
+    directives.append({"add_weld": weld})
+    file.write_text(yaml.safe_dump({"directives": directives}))
+    robot = {"type": "urdf", "file": str(file), "base": "base_link"}
+    return {**robot, "drive": TURTLE, "radius": 0.2}
+
+
+def test_contacts_of_a_part_from_another_model_count(tmp_path):
+    person = HumanConfig(pose=(2, 0, math.pi), desired_speed=0.0)
+    dut = make_diagram(with_boom(tmp_path), [person])
+    run = drive(dut, (0.4, 0), duration=5.0)
+    # Its end is 1 m ahead, and the person 0.25 m wide to each side.
+    assert run.robot[-1, 0] == pytest.approx(2 - 1 - 0.25, abs=0.02)
+    contact = run.contacts[-1, 0]
+    assert contact[Contact.BY_ROBOT] == 1
+    assert contact[Contact.FORCE_X] < -10
+
+
+def test_a_motor_of_another_model_is_told(tmp_path):
+    more = """<link name="tip"><inertial><mass value="1"/><inertia ixx="0.1"
+    ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+  <joint name="wrist" type="revolute"><parent link="boom"/><child link="tip"/>
+    <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="1"/>
+  </joint><transmission name="motor">
+    <type>transmission_interface/SimpleTransmission</type>
+    <joint name="wrist"/><actuator name="motor"/></transmission>"""
+    ((place, message),) = ROBOTS.make(with_boom(tmp_path, more)).find_faults()
+    assert place == ("file",)
+    assert "has the motor 'motor' in another model, 'boom', than" in message
+
+
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_wheels_may_turn_the_other_way(tmp_path, side):
     """As where a wheel is the other one, turned around."""
