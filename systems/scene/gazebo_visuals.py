@@ -16,6 +16,7 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import MultibodyPlant
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.models.gazebo import GREY, Part, read_gazebo
 from hunav_drake.systems.common.models.mesh_files import MeshFile, obj_of
 from hunav_drake.systems.scene.visuals import AddVisual
@@ -85,10 +86,14 @@ def _half(shape: Shape) -> list[float]:
 
 
 def _shape(part: Part) -> Shape:
-    if isinstance(part.shape, MeshFile):
-        file = str(obj_of(part.shape, part.color))
-        return Mesh(file, scale3=np.array(part.scale))
-    return part.shape
+    return _mesh(part) if isinstance(part.shape, MeshFile) else part.shape
+
+
+def _mesh(part: Part, cut: tuple[Array, float] | None = None) -> Mesh | None:
+    """Returns the mesh of a part, or what is left of it: see `obj_of`."""
+    x, y, z = np.sign(part.scale).tolist()
+    file = obj_of(part.shape, part.color, cut, (x, y, z))
+    return Mesh(str(file), scale3=np.abs(part.scale)) if file else None
 
 
 def _cut(
@@ -99,9 +104,7 @@ def _cut(
     if isinstance(shape, MeshFile):
         matrix = X_WG.GetAsMatrix4()
         matrix[:, :3] *= part.scale
-        file = obj_of(shape, part.color, (matrix, cut))
-        mesh = Mesh(str(file), scale3=np.array(part.scale)) if file else None
-        return mesh, X_WG
+        return _mesh(part, (matrix, cut)), X_WG
     upright = abs(X_WG.rotation().matrix()[2, 2]) > 1 - 1e-6
     if not upright or not isinstance(shape, Box | Cylinder):
         return shape, X_WG

@@ -169,6 +169,7 @@ def obj_of(
     mesh: MeshFile,
     color: tuple[float, ...] | None = None,
     cut: tuple[Any, float] | None = None,
+    signs: tuple[float, float, float] = (1.0, 1.0, 1.0),
 ) -> Path | None:
     """Returns an .obj file of a mesh, with small textures.
 
@@ -177,13 +178,17 @@ def obj_of(
         color: Red, green, blue and opacity instead of its own, in [0, 1].
         cut: A matrix (4, 4) from its frame to another one, and the height in
             the latter above which it is cut off.
+        signs: -1 for each axis along which it is mirrored then, else 1.
+            (Renderers light meshes with a negative scale from inside.)
 
     Returns:
         The file; None if nothing is left of the mesh.
     """
     name = mesh.key
-    if color is not None or cut is not None:
+    is_mirrored = min(signs) < 0
+    if color is not None or cut is not None or is_mirrored:
         text = f"{color} {cut and (cut[0].round(6).tolist(), cut[1])}"
+        text += f" {signs}" * is_mirrored
         name += f"_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
     folder = cache_folder() / name
     file = folder / "model.obj"
@@ -191,7 +196,10 @@ def obj_of(
         draft = Path(tempfile.mkdtemp(dir=folder.parent))
         try:
             scene = _scene(mesh.path, mesh.part, mesh.is_centered)
-            _write_obj(draft, _cut(scene, cut), color)
+            parts = _cut(scene, cut)
+            for part in parts if is_mirrored else ():
+                part.apply_transform(np.diag([*signs, 1.0]))
+            _write_obj(draft, parts, color)
             # (Another process may have been faster.)
             with suppress(OSError):
                 os.replace(draft, folder)

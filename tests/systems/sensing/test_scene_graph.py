@@ -24,7 +24,14 @@ from hunav_drake.systems.scene import AddScene
 from hunav_drake.systems.scene.labels import human_label
 from hunav_drake.systems.sensing import AddCamera, CameraConfig, LidarConfig
 from hunav_drake.systems.sensing.camera import camera_pose, focal_length
-from hunav_drake.systems.world.shapes import Box, World
+from hunav_drake.systems.world.shapes import Box, Model, World
+from tests.systems.common.models.gazebo_files import (
+    block,
+    mesh,
+    model,
+    sdf,
+    stl,
+)
 from tests.systems.sensing.scans import directions_of, rows, scan
 
 
@@ -317,3 +324,16 @@ def test_there_are_labels_for_20_000_people():
         human_label(19_990, 10)
     # Drake keeps the largest ones for itself.
     assert human_label(19_999) < 32_000
+
+
+def test_a_mirrored_mesh_is_lit_like_any(tmp_path):
+    (tmp_path / "block.stl").write_text(stl(block((-1, -1, 0), (1, 1, 1))))
+    images = []
+    for sign in ("", "-"):
+        scaled = mesh("block.stl", f"<scale>{sign}1 1 1</scale>")
+        file = tmp_path / f"block{sign}.sdf"
+        file.write_text(sdf(model(scaled)))
+        world = World(models=[Model(file=str(file), pose=(4, 0, 0.3))])
+        images.append(View(SMALL, world=world).image("color_image"))
+    np.testing.assert_allclose(*images, atol=1)
+    assert np.ptp(images[0]) > 100
