@@ -243,7 +243,11 @@ def _pixels(path: Path) -> tuple[np.ndarray, Mask, int]:
             if image.has_transparency_data:
                 image = image.convert("RGBA")
                 known = np.asarray(image.getchannel("A")) == 255
-            return np.asarray(image.convert("L")), known, 255
+            if image.mode in ("1", "L", "LA"):
+                return np.asarray(image.convert("L")), known, 255
+            # (Of colors, map_server takes the mean.)
+            mean = np.asarray(image.convert("RGB")).mean(axis=2)
+            return mean.round().astype(np.uint8), known, 255
     except Image.DecompressionBombError as error:
         raise MapError(
             f"{path}: must have at most {MAX_CELLS} pixels; cut it, or make"

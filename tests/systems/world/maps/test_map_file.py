@@ -70,6 +70,16 @@ def test_16_bits_and_transparency_are_read(tmp_path):
     assert read_map(path).occupied.tolist() == [[True, False]]
 
 
+def test_a_color_is_as_dark_as_the_mean_of_its_channels(tmp_path):
+    """As for map_server: green is not brighter than blue."""
+    colors = [[(0, 255, 0), (0, 0, 255), (255, 255, 0), (205, 205, 205)]]
+    image = Image.fromarray(np.array(colors, np.uint8))
+    image.save(tmp_path / "color.png")
+    dut = read_map(write_map(tmp_path, ["...."], image="color.png"))
+    assert dut.occupied.tolist() == [[True, True, False, False]]
+    assert not dut.free.any()
+
+
 def test_walls_are_where_the_origin_says(tmp_path):
     path = write_map(tmp_path, ["##..", "...."], resolution=0.5)
     (wall,) = map_outlines(path)
