@@ -135,6 +135,11 @@ def _render(options: argparse.Namespace) -> int:
             f"--output {output}: a .png shows one instant: use --at instead of"
             " --from and --to"
         )
+    if still and (options.fps is not None or options.speed != 1.0):
+        raise InputError(
+            f"--output {output}: a .png shows one instant, without --fps and"
+            " --speed; leave them out, or write a .gif or .mp4"
+        )
     if not still and options.at is not None:
         raise InputError(
             f"--at {options.at:g}: is only for a .png, got --output {output};"

@@ -111,6 +111,8 @@ def test_a_run_can_be_filmed(hunav, tmp_path):
         ([".", "-o", "a.avi"], "must end in one of .gif, .mp4, .png"),
         ([".", "-o", "a.gif", "--at", "1"], "--at 1: is only for a .png"),
         ([".", "-o", "a.png", "--from", "1"], "use --at instead"),
+        ([".", "-o", "a.png", "--speed", "4"], "without --fps and --speed"),
+        ([".", "-o", "a.png", "--fps", "5"], "without --fps and --speed"),
         ([".", "-o", "no/folder/a.gif"], "there is no folder no/folder"),
     ],
 )
