@@ -227,8 +227,9 @@ class CameraParameters(Mount):
     ] = math.pi / 4
     """Vertical field of view, in radians."""
 
-    range_min: Range = 0.1
-    """Minimum depth, in meters. Nearer points give 0."""
+    range_min: Annotated[StrictFloat, within(1e-3, 1000, "m")] = 0.1
+    """Minimum depth, in meters. Nearer points give 0. (With a tiny one, a
+    renderer does not know what is before what.)"""
 
     range_max: Range = 20.0
     """Maximum depth, in meters. Farther points give infinity."""

@@ -326,6 +326,18 @@ def test_there_are_labels_for_20_000_people():
     assert human_label(19_999) < 32_000
 
 
+def test_the_nearest_depth_is_one_that_a_renderer_can_sort():
+    """With 1e-6 m, it took the back of a wall for its front."""
+    with pytest.raises(ValueError, match=r"range_min.*\[0.001, 1000\] m"):
+        CameraConfig(mount="world", range_min=1e-6)
+    config = CameraConfig(
+        mount="world", image_size=(64, 48), range_min=1e-3, range_max=60.0
+    )
+    wall = Box(center=(6.0, 0.0), size=(0.2, 8.0))
+    depth = View(config, world=World(walls=[wall])).image("depth_image")
+    np.testing.assert_allclose(depth[20, :, 0], 5.9, atol=1e-3)
+
+
 def test_a_mirrored_mesh_is_lit_like_any(tmp_path):
     (tmp_path / "block.stl").write_text(stl(block((-1, -1, 0), (1, 1, 1))))
     images = []
