@@ -23,7 +23,6 @@ from hunav_drake.scenario.fleet import (
 )
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.behavior.library import sayings_of
-from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
 from hunav_drake.systems.common.registry import name_of
@@ -39,7 +38,7 @@ from hunav_drake.systems.robot import DiscContacts, RobotTask
 from hunav_drake.systems.robot.robot_config import MOUNT, RobotConfig
 from hunav_drake.systems.robot.robots import AddPhysicalRobots, PhysicalRobot
 from hunav_drake.systems.scene import AddScene, SceneInputs, ScenePorts
-from hunav_drake.systems.scene.scene_config import COSTMAPS
+from hunav_drake.systems.scene.scene_config import COSTMAPS, Rays
 from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.systems.sensing.sensor_config import (
     LidarConfig,
@@ -345,12 +344,16 @@ def AddTrialScene(
 
     `is_social` is whether people show each other what they do.
     """
-    scan_angles: dict[str, Array] = {}
+    rays = {}
     for part in robot_parts(scenario):
-        for sensor in part.scenario.sensors:
-            if isinstance(sensor, LidarConfig) and sensor.mount == "robot":
-                angles = sensor.pose[2] + sensor.angles()
-                scan_angles.setdefault(part.name, angles)
+        if lidar := first_lidar(part.scenario):
+            x, y, yaw = lidar.pose
+            rays[part.name] = Rays(
+                yaw + lidar.angles(),
+                (x, y),
+                lidar.range_max,
+                lidar.mount == "robot",
+            )
     sayings = None
     if is_social:
         behaviors = (it.behavior for it in scenario.humans)
@@ -363,7 +366,7 @@ def AddTrialScene(
         time_step=scenario.simulation.time_step,
         meshcat=meshcat,
         config=scenario.scene,
-        inputs=SceneInputs(scan_angles=scan_angles, sayings=sayings),
+        inputs=SceneInputs(scan_angles=rays, sayings=sayings),
     )
 
 

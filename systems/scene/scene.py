@@ -36,7 +36,7 @@ from hunav_drake.systems.scene.human_body import AddHumanBody
 from hunav_drake.systems.scene.labels import human_label
 from hunav_drake.systems.scene.palette import HAIR_STYLES, accent, clothes
 from hunav_drake.systems.scene.robot_body import AddRobotBody
-from hunav_drake.systems.scene.scene_config import SceneConfig
+from hunav_drake.systems.scene.scene_config import Rays, SceneConfig
 from hunav_drake.systems.scene.scene_kinematics import SceneKinematics
 from hunav_drake.systems.scene.surroundings import (
     AddFloor,
@@ -95,16 +95,16 @@ class SceneInputs:
     """What a scene shows by further inputs.
 
     Attributes:
-        scan_angles: The angles of a lidar's rays relative to the robot's
-            heading, in radians; with Meshcat, an input "scan" takes their
-            distances. Of several robots, such angles by their names.
+        scan_angles: The rays of a lidar, or their angles relative to the
+            robot's heading, in radians; with Meshcat, an input "scan" takes
+            their distances. Of several robots, such ones by their names.
         sayings: If people show each other what they do, for each person the
             texts that it may say, by their `text_code`; there may be none. An
             input "social_signals" takes n rows of `layout.Signal`: figures sit,
             look aside and gesture, and bubbles tell what they say.
     """
 
-    scan_angles: Array | Mapping[str, Array] | None = None
+    scan_angles: Rays | Array | Mapping[str, Rays | Array] | None = None
     sayings: Sequence[Mapping[float, str]] | None = None
 
 
@@ -218,9 +218,7 @@ def AddScene(
             period=period,
             is_due=visualizer.is_due,
             is_recording=visualizer.is_recording,
-            scan_angles=angles
-            if isinstance(angles := inputs.scan_angles, Mapping)
-            else {"": angles},
+            rays=_rays_by_name(inputs.scan_angles),
         )
     inner.ExportOutput(scene_graph.get_query_output_port(), "query")
 
@@ -237,6 +235,17 @@ def AddScene(
         human_names=human_names,
         visualizer=visualizer,
     )
+
+
+def _rays_by_name(
+    rays: Rays | Array | Mapping[str, Rays | Array] | None,
+) -> dict[str, Rays]:
+    named = rays if isinstance(rays, Mapping) else {"": rays}
+    return {
+        name: it if isinstance(it, Rays) else Rays(it)
+        for name, it in named.items()
+        if it is not None
+    }
 
 
 def AddPeople(

@@ -1,10 +1,12 @@
 """Configuration of the overlays of a scene."""
 
 from dataclasses import field
-from typing import Literal, get_args
+import math
+from typing import Literal, NamedTuple, get_args
 
 from pydantic.dataclasses import dataclass
 
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.plain_errors import plain_errors
 from hunav_drake.systems.common.schema import CONFIG
 
@@ -76,3 +78,19 @@ class SceneConfig:
     overlays: list[Overlay] = field(default_factory=lambda: list(SHOWN))
     """Overlays that are shown initially, in addition to people, robot and
     world. The page of a replay and the live view can show and hide each."""
+
+
+class Rays(NamedTuple):
+    """The rays of a lidar.
+
+    Attributes:
+        angles: Their directions, in radians.
+        begin: (x, y) where they begin, in meters.
+        range_max: The distance of a ray that meets nothing, in meters.
+        on_robot: Whether all is relative to the robot, and not to W.
+    """
+
+    angles: Array
+    begin: tuple[float, float] = (0.0, 0.0)
+    range_max: float = math.inf
+    on_robot: bool = True

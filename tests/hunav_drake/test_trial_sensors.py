@@ -6,6 +6,7 @@ from multiprocessing import get_context
 
 import numpy as np
 from pydantic.dataclasses import dataclass
+from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.math import RigidTransform, RollPitchYaw
 import pytest
 
@@ -179,6 +180,19 @@ def test_a_scan_agrees_with_the_walls_of_the_trial():
 
     nearest = nearest_wall(scenario.world.obstacles(), points)
     assert np.hypot(*(points - nearest).T).max() < 1e-9
+
+
+def test_a_trial_is_shown_with_the_scan_of_a_lidar_of_the_world():
+    """It is the first scan, whatever lidars the robot has."""
+    lidars = (
+        "sensors=[{type: lidar, mount: world, num_rays: 9}, {type: lidar,"
+        " name: own, num_rays: 20}]"
+    )
+    meshcat = Meshcat(MeshcatParams(host="localhost"))
+    diagram = MakeTrialDiagram(make_scenario(lidars), meshcat=meshcat)
+    scene = diagram.GetSubsystemByName("scene")
+    context = scene.GetMyContextFromRoot(diagram.CreateDefaultContext())
+    assert scene.GetInputPort("scan").Eval(context).size == 9
 
 
 def test_sensors_change_nothing_of_a_trial():

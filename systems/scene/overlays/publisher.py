@@ -63,8 +63,10 @@ from hunav_drake.systems.scene.scene_config import (
     STANDING_SPEED,
     WALKED_TIME,
     Overlay,
+    Rays,
 )
 from hunav_drake.systems.world.maps.costs import NO_MAP
+from hunav_drake.systems.world.solids import turned
 
 # The number of frames between updates of activities and forces, and of plans
 # and scans; each update makes a replay larger.
@@ -86,7 +88,7 @@ def AddOverlayPublisher(
     period: float,
     is_due: Callable[[Context], bool],
     is_recording: Callable[[], bool],
-    scan_angles: Mapping[str, Array | None],
+    rays: Mapping[str, Rays],
 ) -> None:
     """Adds an `OverlayPublisher` to a builder and exports its inputs.
 
@@ -101,7 +103,7 @@ def AddOverlayPublisher(
             period=period,
             is_due=is_due,
             is_recording=is_recording,
-            scan_angles=scan_angles,
+            rays=rays,
         ),
     )
     for i in range(system.num_input_ports()):
@@ -122,7 +124,7 @@ class _Robot(NamedTuple):
     estimate: InputPort
     path: InputPort
     costmaps: dict[Overlay, InputPort]
-    angles: Array | None
+    rays: Rays | None
     scan: InputPort | None
 
 
@@ -170,15 +172,13 @@ class OverlayPublisher(LeafSystem):
         period: float,
         is_due: Callable[[Context], bool] = lambda context: True,
         is_recording: Callable[[], bool] = lambda: False,
-        scan_angles: Mapping[str, Array | None] | None = None,
+        rays: Mapping[str, Rays] | None = None,
     ) -> None:
         """Constructs an OverlayPublisher.
 
         `shown` are the overlays that are visible initially; `is_due` returns
         whether to draw the frame of a Context, if it is not forced.
-        `scan_angles` are, by the name of a robot (empty for a single one),
-        those of its lidar's rays relative to its heading, in radians; the rays
-        begin at its center.
+        `rays` are by the name of a robot, empty for a single one.
         """
         super().__init__()
         self._board = board
@@ -198,14 +198,13 @@ class OverlayPublisher(LeafSystem):
         if board.sayings:
             self._signals = declare("social_signals", SIGNAL_SIZE * n)
         self._robots = [
-            self._Declare(name, (scan_angles or {}).get(name))
-            for name in board.robots
+            self._Declare(name, (rays or {}).get(name)) for name in board.robots
         ]
         self.DeclareInitializationPublishEvent(self._Draw)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._PublishIfDue)
         self.DeclareForcedPublishEvent(self._Publish)
 
-    def _Declare(self, name: str, angles: Array | None) -> "_Robot":
+    def _Declare(self, name: str, rays: Rays | None) -> "_Robot":
         """Declares the input ports of a robot."""
 
         def declare(port: str, model: AbstractValue) -> InputPort:
@@ -220,17 +219,17 @@ class OverlayPublisher(LeafSystem):
             costmaps={
                 it: declare(it, AbstractValue.Make(NO_MAP)) for it in COSTMAPS
             },
-            angles=angles,
+            rays=rays,
             scan=None
-            if angles is None
-            else vector(port_of(name, "scan"), len(angles)),
+            if rays is None
+            else vector(port_of(name, "scan"), len(rays.angles)),
         )
 
     def _Draw(self, context: Context) -> EventStatus:
         rays = {
-            it.name: min(MAX_SCAN_DOTS, len(it.angles))
+            it.name: min(MAX_SCAN_DOTS, len(it.rays.angles))
             for it in self._robots
-            if it.angles is not None
+            if it.rays is not None
         }
         self._board.Draw(self._shown, rays)
         for it in self._robots:
@@ -439,18 +438,21 @@ class OverlayPublisher(LeafSystem):
     def _PublishScan(
         self, context: Context, time: float, robot: "_Robot", row: Array
     ) -> None:
-        angles, port = robot.angles, robot.scan
-        if angles is None or port is None or not port.HasValue(context):
+        rays, port = robot.rays, robot.scan
+        if rays is None or port is None or not port.HasValue(context):
             return
         ranges = port.Eval(context)
         dots = min(MAX_SCAN_DOTS, len(ranges))
-        rays = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
-        for k, i in enumerate(rays):
+        shown = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
+        for k, i in enumerate(shown):
             place = self._board.hidden
-            if math.isfinite(ranges[i]):
-                angle = row[YAW] + angles[i]
-                x = row[X] + ranges[i] * math.cos(angle)
-                y = row[Y] + ranges[i] * math.sin(angle)
+            if ranges[i] < rays.range_max:
+                turn = rays.angles[i]
+                x = rays.begin[0] + ranges[i] * math.cos(turn)
+                y = rays.begin[1] + ranges[i] * math.sin(turn)
+                if rays.on_robot:
+                    pose = row[X], row[Y], row[YAW]
+                    ((x, y),) = turned([[x, y]], pose).tolist()
                 place = [x, y, SCAN_Z]
             self._board.meshcat.SetProperty(
                 self._board.Scan(k, robot.name), "position", place, time

@@ -35,7 +35,7 @@ from hunav_drake.systems.scene.overlays.tags import (
     tag_text,
 )
 from hunav_drake.systems.scene.palette import TOPS
-from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS
+from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS, Rays
 from hunav_drake.systems.world.maps.cost_picture import cost_colors
 from hunav_drake.systems.world.maps.costs import LETHAL, NO_MAP, Costmap
 from hunav_drake.systems.world.shapes import World
@@ -284,6 +284,19 @@ def test_a_scan_is_drawn_where_its_rays_end(meshcat, monkeypatch):
     )
     # What meets nothing is not seen.
     assert places[2, 2] < 0
+
+
+@pytest.mark.parametrize("on_robot", [True, False])
+def test_a_scan_begins_where_its_lidar_is(on_robot, meshcat, monkeypatch):
+    dut = RecordingMeshcat(meshcat, monkeypatch)
+    rays = Rays(np.array([np.pi / 2, 0.0]), (0.5, 0.2), 5.0, on_robot)
+    run(meshcat, scan_angles=rays, scan=[2.0, 5.0])
+    (x, y, _), nowhere = (
+        dut.last(f"{mut.PLACE}/overlay_scan/{k}", "position") for k in range(2)
+    )
+    assert (x, y) == pytest.approx((-2.5 if on_robot else 0.5, 2.2))
+    # A ray that meets nothing ends nowhere.
+    assert nowhere[2] < 0
 
 
 def a_costmap():
