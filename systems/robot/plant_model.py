@@ -106,7 +106,8 @@ class ModelFacts:
 
     `root` is the root body R of the model, empty if the world carries it;
     `height` that of the base B above the floor, in meters; `mass` in kg.
-    `wheels` is empty for a `PlanarBase`.
+    `wheels` is empty for a `PlanarBase`; of one on joints of the model,
+    `limits` are the least and the largest x, y and yaw, in m and rad.
     """
 
     root: str
@@ -114,6 +115,7 @@ class ModelFacts:
     height: float
     mass: float
     wheels: tuple[Wheel, ...] = ()
+    limits: tuple[tuple[float, float], ...] = ()
 
 
 def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
@@ -165,6 +167,7 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
                 " make it fixed",
             )
     wheels: tuple[Wheel, ...] = ()
+    limits: tuple[tuple[float, float], ...] = ()
     if isinstance(drive, WheelDrive):
         if root is world:
             raise ModelFault(
@@ -186,7 +189,7 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             np.mean([it.place[2] for it in wheels if not it.is_steered])
         )
     elif isinstance(drive, PlanarBase) and (drive.x or drive.y or drive.yaw):
-        _check_stages(plant, context, base, joints, drive)
+        limits = _check_stages(plant, context, base, joints, drive)
         height = 0.0
     elif isinstance(drive, PlanarBase):
         height = drive.height
@@ -203,6 +206,7 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
         height=height,
         mass=mass,
         wheels=wheels,
+        limits=limits,
     )
 
 
@@ -363,7 +367,8 @@ def _check_stages(
     base: RigidBody,
     joints: Mapping[str, Joint],
     drive: PlanarBase,
-) -> None:
+) -> tuple[tuple[float, float], ...]:
+    """Returns the limits of x, y and yaw after a check of their joints."""
     stages = {}
     for key, kind in (
         ("x", PrismaticJoint),
@@ -402,6 +407,10 @@ def _check_stages(
             f" at 0, got (x, y, yaw) ="
             f" {np.round(_pose(plant, context, base), 6).tolist()}",
         )
+    return tuple(
+        (float(*it.position_lower_limits()), float(*it.position_upper_limits()))
+        for it in stages.values()
+    )
 
 
 def _pose(

@@ -135,14 +135,24 @@ class PhysicalRobot(RobotConfig):
         return AddFigure(plant, self.GetModel(), self.GetDrive(), name)
 
     def find_faults(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Yields a fault if the model cannot be driven."""
+        """Yields a fault if the model cannot be driven, or cannot start."""
         from hunav_drake.systems.common.models.apart import ModelFault
         from hunav_drake.systems.robot.plant_model import inspect_model
 
         try:
-            inspect_model(self.GetModel(), self.GetDrive())
+            facts = inspect_model(self.GetModel(), self.GetDrive())
         except ModelFault as fault:
             yield fault.place, str(fault)
+            return
+        axes = zip(("x", "y", "yaw"), self.start, facts.limits, strict=False)
+        for axis, value, (low, high) in axes:
+            if not low <= value <= high:
+                yield (
+                    ("start",),
+                    f"must have {axis} in [{low:g}, {high:g}], the limits of"
+                    f" the model's joint, got {value:g}; move it, or change"
+                    " the limits",
+                )
 
     def find_doubts(self) -> Iterator[tuple[tuple[str, ...], str]]:
         """Yields doubts: a disc larger than the body, meshes not shown."""

@@ -377,6 +377,14 @@ def test_planar_joints_that_turn_with_the_base_are_told(stages, tmp_path):
     assert "0.1 of 'along_x' changes (x, y, yaw) by [0.0995, 0.00" in message
 
 
+def test_a_start_outside_of_the_limits_of_a_joint_is_told(stages):
+    """The robot would be flung back at hundreds of meters per second."""
+    stages["start"] = (3.0, -60.0, 0.0)
+    ((place, message),) = ROBOTS.make(stages).find_faults()
+    assert place == ("start",)
+    assert "must have y in [-50, 50], the limits of the model's" in message
+
+
 def test_a_robot_does_not_carry_the_world(tmp_path):
     """Its figure would be a loop, which Drake refuses."""
     text, base, drive = MODELS["turtle.urdf"]
