@@ -166,8 +166,11 @@ def AddWorld(plant: MultibodyPlant, world: World) -> None:
         if is_gazebo_file(model.file):
             sizes = {"highest": _HIGHEST, "cut": CUT_HEIGHT}
             AddGazeboVisuals(plant, model, f"models_{i}", **sizes, whole=_WHOLE)
-        else:
-            AddModelFile(plant, model.file, model.pose)
+            continue
+        for instance in AddModelFile(plant, model.file, model.pose):
+            # (People and robots may have the name of a model.)
+            own = plant.GetModelInstanceName(instance)
+            plant.RenameModelInstance(instance, f"models_{i}_{own}")
 
 
 def _height(solids: Iterable[object]) -> float:

@@ -10,6 +10,7 @@ import shapely
 import yaml
 
 from hunav_drake import (
+    HumanConfig,
     LoadScenario,
     MakeTrialDiagram,
     RunTrial,
@@ -269,6 +270,20 @@ def test_the_json_schema_has_maps_and_models():
     assert validator.is_valid({"world": world})
     for wrong in ({"map": 1}, {"models": [{"pose": [1, 2, 3]}]}):
         assert not validator.is_valid({"world": wrong})
+
+
+@pytest.mark.parametrize("name", ["ana", "robot"])
+def test_a_model_may_be_called_like_a_person_or_the_robot(name, tmp_path):
+    text = write_sdf(tmp_path, (BOX, "0 0 0.5 0 0 0")).read_text()
+    (tmp_path / "thing.sdf").write_text(text.replace("thing", name))
+    place = world(tmp_path / "thing.sdf", (3.0, 0.0, 0.0))
+    people = [HumanConfig(name="ana", pose=(0, 2, 0))]
+    diagram = MakeTrialDiagram(Scenario(world=place, humans=people))
+    context = diagram.CreateDefaultContext()
+    query = diagram.GetOutputPort("query").Eval(context)
+    geometries = query.inspector().GetAllGeometryIds(Role.kPerception)
+    names = {query.inspector().GetName(it) for it in geometries}
+    assert f"models_0_{name}::visual_0" in names
 
 
 DOOR = """<sdf version="1.9"><model name="cupboard">
