@@ -398,7 +398,10 @@ class _Reader:
         self.folders = Folders(self.path, self.model_path)
         try:
             if not self.path.is_file():
-                raise _Fault(f"there is no file {shown(str(self.path))}")
+                raise _Fault(
+                    f"{self.path.name}: there is no file"
+                    f" {shown(str(self.path))}; check the path"
+                )
             top = self._open(self.path, ())
             for world in top.children("world"):
                 self._world(world)

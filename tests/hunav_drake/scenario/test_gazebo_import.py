@@ -118,7 +118,9 @@ def test_the_command_writes_a_scenario_that_names_the_world(
     assert both.world == scenario.world
     assert "ann" not in [it.name for it in both.humans]
     assert cli.main(["import", "w/none.world", "-o", "c.yaml"]) == 2
-    assert "there is no file" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "there is no file" in told
+    assert told.endswith("; check the path\n")
     assert cli.main(["import", "w/hall.world", "--metrics", "m.yaml"]) == 2
 
 
