@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 import importlib.util
+import math
 import os
 from pathlib import Path
 import re
@@ -55,6 +56,7 @@ _NAMED_MATERIAL = re.compile(
 _FILE = re.compile(
     r"(<(mesh|texture)\b[^>]*?\bfilename\s*=\s*)([\"'])(.*?)\3", re.DOTALL
 )
+_SCALE = re.compile(r"(?<=[\s\"'])scale\s*=\s*[\"']([^\"']*)[\"']")
 
 
 @dataclass(frozen=True)
@@ -366,7 +368,7 @@ def _with_meshes(
 
         def visual(match: re.Match[str]) -> str:
             if is_seen(match[0]):
-                return match[0]
+                return _unmirrored(match[0], folder, packages)
             found = _MATERIAL.search(match[0])
             looks.append(found[0].replace("\n", " ") if found else "")
             return "\n" * match[0].count("\n")
@@ -388,6 +390,28 @@ def _with_meshes(
         lambda it: it[0] if it[1] in defined else "", result
     )
     return (text if result == plain else result), unseen
+
+
+def _unmirrored(visual: str, folder: Path, packages: Mapping[str, str]) -> str:
+    """Returns a visual with a mesh that is mirrored itself, not by its scale.
+
+    Drake lights meshes with a negative scale from inside.
+    """
+    scale, file = _SCALE.search(visual), _FILE.search(visual)
+    try:
+        x, y, z = map(float, scale[1].split() if scale else ())
+        if file is None or min(x, y, z) >= 0:
+            return visual
+        signs = math.copysign(1, x), math.copysign(1, y), math.copysign(1, z)
+        mesh = read_mesh(_mesh_path(file[4], folder, packages))
+        path = obj_of(mesh, signs=signs)
+    # What cannot be read otherwise is shown as it is.
+    except ValueError:
+        return visual
+    visual = _FILE.sub(
+        lambda it: f"{it[1]}{it[3]}file://{path}{it[3]}", visual, count=1
+    )
+    return _SCALE.sub(f'scale="{abs(x)} {abs(y)} {abs(z)}"', visual, count=1)
 
 
 def _with_paths(text: str, folder: Path, packages: Mapping[str, str]) -> str:

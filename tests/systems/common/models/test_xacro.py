@@ -16,8 +16,10 @@ from hunav_drake.scenario.named_files import files_sha256, named_files
 from hunav_drake.systems.common.models import apart, reading
 from hunav_drake.systems.common.models.apart import ModelFault
 from hunav_drake.systems.common.models.markup import find_markup_fault
+from hunav_drake.systems.common.models.mesh_files import read_mesh
 from hunav_drake.systems.common.models.xacro import nearby_packages, read_robot
 from tests.choices import fast
+from tests.systems.common.models.gazebo_files import block, stl
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -164,6 +166,28 @@ def test_a_mesh_that_cannot_be_shown_gives_way_to_the_collision_shape(cart):
         "phong", "diffuse"
     )
     assert (color.r(), color.g(), color.b()) == (1, 0, 0)
+
+
+def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
+    """With one, cameras would see it lit from inside."""
+    corners = block((0, 0, 0), (1, 2, 3))
+    (tmp_path / "block.stl").write_text(stl(corners))
+    file = tmp_path / "robot.urdf"
+    file.write_text(
+        '<robot name="r"><link name="l"><visual><geometry><mesh scale="2 -1 1"'
+        ' filename="block.stl"/></geometry></visual></link></robot>'
+    )
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    reading.AddModels(plant, str(file))
+    inspector = scene_graph.model_inspector()
+    (shown,) = inspector.GetAllGeometryIds(Role.kIllustration)
+    mesh = inspector.GetShape(shown)
+    assert mesh.scale3().tolist() == [2, 1, 1]
+    points = read_mesh(mesh.source().path()).triangles.reshape(-1, 3)
+    assert points.min(axis=0).tolist() == [0, -2, 0]
+    assert points.max(axis=0).tolist() == [1, 0, 3]
 
 
 def test_lines_stay_where_a_visual_is_replaced(tmp_path):
