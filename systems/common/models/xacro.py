@@ -347,9 +347,11 @@ def _with_meshes(
     """Returns URDF without visual meshes that cannot be read, and their names.
 
     Lines stay what they are. In their place are the collision shapes of the
-    link.
+    link; and these but meshes, if the file has no visual at all.
     """
     unseen: list[str] = []
+    plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
+    is_bare = not _VISUAL.search(plain)
 
     def is_seen(visual: str) -> bool:
         names = [it[4] for it in _FILE.finditer(visual) if it[2] == "mesh"]
@@ -375,13 +377,12 @@ def _with_meshes(
 
         rest = _VISUAL.sub(visual, match[0])
         instead = "".join(
-            f"<visual>{it[1]}{looks[0]}</visual>".replace("\n", " ")
+            f"<visual>{it[1]}{''.join(looks[:1])}</visual>".replace("\n", " ")
             for it in _COLLISION.finditer(rest)
-            if looks
+            if looks or (is_bare and "<mesh" not in it[1])
         )
         return rest.replace("</link>", f"{instead}</link>")
 
-    plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
     result = _LINK.sub(link, plain)
     defined = {
         it[1] for it in _NAMED_MATERIAL.finditer(result) if "<" in (it[2] or "")

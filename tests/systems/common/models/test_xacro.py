@@ -18,7 +18,7 @@ from hunav_drake.systems.common.models.apart import ModelFault
 from hunav_drake.systems.common.models.markup import find_markup_fault
 from hunav_drake.systems.common.models.mesh_files import read_mesh
 from hunav_drake.systems.common.models.xacro import nearby_packages, read_robot
-from tests.choices import fast
+from tests.choices import NEEDED, fast
 from tests.systems.common.models.gazebo_files import block, stl
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -166,6 +166,18 @@ def test_a_mesh_that_cannot_be_shown_gives_way_to_the_collision_shape(cart):
         "phong", "diffuse"
     )
     assert (color.r(), color.g(), color.b()) == (1, 0, 0)
+
+
+def test_a_robot_without_visuals_is_shown_as_its_collision_shapes():
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    reading.AddModels(plant, str(NEEDED["urdf"]["file"]))
+    inspector = scene_graph.model_inspector()
+    for role in (Role.kIllustration, Role.kPerception):
+        shown = inspector.GetAllGeometryIds(role)
+        assert len(shown) == inspector.NumGeometriesWithRole(Role.kProximity)
+        assert len(shown) == 5
 
 
 def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
