@@ -266,9 +266,15 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
                 human.update(_SUBSTITUTE_HUMAN)
             else:
                 human.pop(loc[2], None)
-        elif len(loc) >= 3 and loc[0] == "robots":
+        elif loc == ("robots",):
+            data["robots"] = [_substitute_robot(0)]
+        elif loc and loc[0] == "robots":
             member = data["robots"][loc[1]]
-            if isinstance(member, dict):
+            if len(loc) == 2 or not isinstance(member, dict):
+                data["robots"][loc[1]] = _substitute_robot(loc[1])
+            elif loc[2] == "name":
+                member.update(_substitute_robot(loc[1]))
+            else:
                 _drop(member, loc[2:])
         elif loc:
             _drop(data, loc)
@@ -277,6 +283,11 @@ def _best_effort(data: Any, faulty: Iterable[Loc]) -> Scenario | None:
     except ValidationError:
         # There are more faults than were read: those known are enough.
         return None
+
+
+def _substitute_robot(i: str | int) -> dict[str, Any]:
+    """Returns one of several robots, in place of a faulty one."""
+    return {"name": f"robot_{i}"}
 
 
 def _drop(data: Any, loc: Loc) -> None:

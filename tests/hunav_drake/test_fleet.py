@@ -417,6 +417,27 @@ def test_faults_have_their_places(own_planners):
     assert "move it" in found["robots[1] ('anna').robot.goal"]
 
 
+@pytest.mark.parametrize(
+    ("robots", "paths"),
+    [
+        ("5", ["robots"]),
+        (
+            "[box, {name: 1, robot: {start: [9, 9, 0]}}]",
+            ["robots[0]", "robots[1].name"],
+        ),
+        ("[{name: far, robot: {start: [9, 9, 0]}}, box]", ["robots[1]"]),
+        ("[{robot: {start: 3}}]", ["robots[0].name", "robots[0].robot.start"]),
+    ],
+)
+def test_robots_of_another_form_are_told_and_nothing_is_concluded(
+    robots, paths
+):
+    person = "\nhumans: [{name: ana, pose: [0, 0, 0]}, {name: ana}]"
+    people = ["humans[1] ('ana').name", "humans[1] ('ana').pose"]
+    found = faults(f"robots: {robots}{person}")
+    assert sorted(found) == sorted([*paths, *people])
+
+
 def test_overrides_are_of_each_robot_and_files_keep_them():
     text = f"robots:{ANNA}{BOB}{PEOPLE}"
     changed = LoadScenario(
