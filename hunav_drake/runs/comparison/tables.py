@@ -189,7 +189,9 @@ def behavior_tables(result: SuiteResult) -> list[Table]:
             published = printed_values(result.suite.name, scenario, behavior)
             place = " ".join(filter(None, (scenario, setting)))
             title = f"{place}, {behavior} people"
-            table = _table(title, rows, _BEHAVIOR_METRICS, published)
+            # What robots are to each other does not depend on people.
+            own = [it for it in fleet_metrics(rows) if it not in _FLEET_METRICS]
+            table = _table(title, rows, own or _BEHAVIOR_METRICS, published)
             tables.append(
                 _captioned(table, result, rows, f"{behavior} people only")
             )

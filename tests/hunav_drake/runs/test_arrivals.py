@@ -7,15 +7,26 @@ import numpy as np
 import pytest
 
 from hunav_drake.report.suite_files import WriteSuite
+from hunav_drake.runs import Suite, SuiteResult
 from hunav_drake.runs.comparison.latex import to_latex
 from hunav_drake.runs.comparison.markdown import to_markdown
 from hunav_drake.runs.comparison.relations import judge
-from hunav_drake.runs.comparison.tables import ENDS, scenario_tables, to_text
+from hunav_drake.runs.comparison.tables import (
+    ENDS,
+    behavior_tables,
+    scenario_tables,
+    to_text,
+)
 from hunav_drake.runs.intervals import wilson_interval
 from hunav_drake.runs.statistics import compare
 from hunav_drake.runs.suite import Relation
 from tests.hunav_drake.report.pages import visible
-from tests.hunav_drake.runs.made_runs import make_result, runs_of
+from tests.hunav_drake.runs.made_runs import (
+    make_cell,
+    make_result,
+    make_row,
+    runs_of,
+)
 
 SEEDS = 40
 
@@ -321,3 +332,35 @@ def test_tables_of_several_robots_have_their_metrics():
     assert lobby["makespan"].startswith("20")
     assert lobby["anna.min_dist_to_people"].startswith("0.5")
     assert not any(text.startswith("-") for text in lobby.values())
+
+
+def test_tables_by_behavior_of_several_robots_have_those_of_each_robot():
+    cells = make_cell("hall", "p"), make_cell("lobby", "p")
+    common = {"min_dist_between_robots": 0.4}
+    by_behavior = [
+        {
+            name: {"min_dist_to_people": gap, "social_work": 2.0}
+            for name, gap in (("calm", 0.5), ("curious", 0.3))
+        },
+        {
+            name: {"anna.min_dist_to_people": gap, **common}
+            for name, gap in (("calm", 0.6), ("curious", 0.2))
+        },
+    ]
+    rows = [
+        make_row(cell, seed, {}, by_behavior=values)
+        for cell, values in zip(cells, by_behavior, strict=True)
+        for seed in range(2)
+    ]
+    suite = Suite(scenarios=["hall", "lobby"], seeds=2)
+    tables = behavior_tables(SuiteResult(suite, cells, rows))
+    assert [
+        (table.title, row[0], row[1]) for table in tables for row in table.rows
+    ] == [
+        ("hall, calm people", "min_dist_to_people", "0.500 (2)"),
+        ("hall, calm people", "social_work", "2.00 (2)"),
+        ("hall, curious people", "min_dist_to_people", "0.300 (2)"),
+        ("hall, curious people", "social_work", "2.00 (2)"),
+        ("lobby, calm people", "anna.min_dist_to_people", "0.600 (2)"),
+        ("lobby, curious people", "anna.min_dist_to_people", "0.200 (2)"),
+    ]
