@@ -18,12 +18,11 @@ from hunav_drake.runs.run_folders import (
     recording_path,
     replay_path,
 )
+from hunav_drake.runs.run_row import table_facts
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.runs.suite_tables import REPORT, WriteSuiteTables, about_suite
-from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.trial.metric_facts import facts_of
 
 
 def WriteSuite(
@@ -103,9 +102,9 @@ def read_suite(folder: Path) -> ManyRuns:
         return _many_runs(
             about,
             folder,
-            runs=_read_table(folder / "runs.csv"),
-            by_behavior=_read_table(folder / "runs_by_behavior.csv"),
-            costs=_read_table(folder / "costs.csv"),
+            runs=_read_table(folder / "runs.csv", about),
+            by_behavior=_read_table(folder / "runs_by_behavior.csv", about),
+            costs=_read_table(folder / "costs.csv", about),
             judgements=judgements,
         )
     except (KeyError, TypeError) as error:
@@ -115,11 +114,13 @@ def read_suite(folder: Path) -> ManyRuns:
         ) from error
 
 
-def _read_table(path: Path) -> pd.DataFrame:
+def _read_table(path: Path, about: Mapping[str, Any]) -> pd.DataFrame:
     if not path.read_bytes().strip():
         return pd.DataFrame()
     table = ReadRuns(path)
-    table.attrs |= facts_of(name for name in table if name in METRICS)
+    # (Files of older versions lack those of metrics of one's own.)
+    own = {k: it for k, it in about.get("facts", {}).items() if k in table}
+    table.attrs |= table_facts(table, own)
     return table
 
 

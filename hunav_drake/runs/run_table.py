@@ -126,7 +126,8 @@ class RunTable(Sequence[RunRow]):
         self._heads: list[tuple[RunRow, tuple[_Key, ...]]] = []
         self._places: dict[Any, int] = {}
         self._shapes: dict[tuple[_Key, ...], tuple[_Key, ...]] = {}
-        self._facts: dict[str, MetricFacts] = {}
+        # Facts about metrics that are not part of this package.
+        self.facts: dict[str, MetricFacts] = {}
         self._head = array("l")
         self._seed = array("q")
         self._repetition = array("q")
@@ -156,7 +157,7 @@ class RunTable(Sequence[RunRow]):
                 recording=None,
             )
             self._heads.append((shared, shape))
-            self._facts |= row.facts
+            self.facts |= row.facts
         for key, value in numbers.items():
             column = self._numbers.setdefault(key, array("d"))
             column.extend([math.nan] * (len(self._head) - len(column)))
@@ -280,7 +281,7 @@ class RunTable(Sequence[RunRow]):
             )
         frame.attrs |= table_facts(
             (name for group, name in self._keys() if group == "metrics"),
-            self._facts,
+            self.facts,
         )
         return frame
 

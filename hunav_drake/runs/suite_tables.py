@@ -116,6 +116,7 @@ def about_suite(result: SuiteResult) -> dict[str, Any]:
             for cell in result.cells
         ],
         "provenance": provenance,
+        "facts": result.rows.facts,
     }
 
 

@@ -8,13 +8,18 @@ import pytest
 from hunav_drake.commands import cli
 from hunav_drake.report.runs_tables import responsibility_table
 from hunav_drake.report.suite_files import WriteSuite
-from hunav_drake.runs import LoadSuite, RunSuite
+from hunav_drake.runs import LoadSuite, RunSuite, Suite
 from hunav_drake.runs.comparison.relations import judge
 from hunav_drake.runs.run_row import RunRow
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.views.suite_replays import WriteReplays
 from tests.hunav_drake.report.pages import visible
-from tests.hunav_drake.runs.made_runs import make_result, runs_of
+from tests.hunav_drake.runs.made_runs import (
+    make_cell,
+    make_result,
+    make_row,
+    runs_of,
+)
 
 # (As long as labels may be.)
 LONG = ("a_contender_of_a_rather_long_name_" * 2)[:64]
@@ -111,6 +116,32 @@ def test_the_page_is_made_again_from_the_folder(page, folder, capsys):
     assert cli.main(["report", str(folder), "--title", "Benchmark small"]) == 0
     assert "Wrote the report on 8 runs" in capsys.readouterr().out
     assert page.read_text() == before
+
+
+def test_metrics_of_several_robots_and_of_ones_own_are_in_the_page_again(
+    tmp_path,
+):
+    # (Nobody registers `calmness` here.)
+    facts = {"unit": "calms", "family": "mine", "direction": "higher"}
+    cells = make_cell("hall", "a"), make_cell("hall", "b")
+    rows = [
+        make_row(
+            cell,
+            seed,
+            {"anna.path_length": 7.0 + seed, "calmness": 2.0 + seed},
+            facts={"calmness": facts},
+        )
+        for cell in cells
+        for seed in range(2)
+    ]
+    suite = Suite(scenarios=["hall"], planners=["a", "b"], seeds=2)
+    page = WriteSuite(SuiteResult(suite, cells, rows), tmp_path)
+    before = visible(page.read_text())
+    assert "anna.path length (m)" in before
+    assert "calmness (calms)" in before
+    title = ["--title", "Benchmark suite"]
+    assert cli.main(["report", str(tmp_path), *title]) == 0
+    assert visible(page.read_text()) == before
 
 
 def test_a_suite_that_has_not_ended_has_a_page(page, folder, tmp_path):
