@@ -172,7 +172,7 @@ def _report_suite(
     with input_errors(ValueError):
         many = read_suite(directory)
         lines = _write_more(many.runs, many.made_by, options)
-        title = options.title or f"Benchmark {directory.name}"
+        title = options.title or f"Benchmark {directory.resolve().name}"
         WriteRunsPage(many, page, title)
     return [f"Wrote the report on {len(many.runs)} runs to {page}", *lines]
 

@@ -24,6 +24,12 @@ from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.runs.suite_tables import REPORT, WriteSuiteTables, about_suite
 from hunav_drake.systems.evaluation.recording import Recording
 
+# The columns of `ReadRuns` beside the metrics.
+_ABOUT = (
+    *("tag", "scenario", "planner", "setting", "seed", "repetition", "drawn"),
+    *("end_reason", "end_message", "end_time"),
+)
+
 
 def WriteSuite(
     result: SuiteResult,
@@ -99,18 +105,25 @@ def read_suite(folder: Path) -> ManyRuns:
             else Judgement(**it)
             for it in about["relations"]
         ]
+        runs, by_behavior, costs = (
+            _read_table(folder / f"{name}.csv", about)
+            for name in ("runs", "runs_by_behavior", "costs")
+        )
+        known = costs.columns.intersection(runs.columns)
+        if not runs[[*_ABOUT]][known].equals(costs[known]):
+            raise ValueError("costs.csv and runs.csv are of different runs")
         return _many_runs(
             about,
             folder,
-            runs=_read_table(folder / "runs.csv", about),
-            by_behavior=_read_table(folder / "runs_by_behavior.csv", about),
-            costs=_read_table(folder / "costs.csv", about),
+            runs=runs,
+            by_behavior=by_behavior,
+            costs=costs,
             judgements=judgements,
         )
-    except (KeyError, TypeError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ValueError(
-            f"{path}: is damaged: {error!r}; start the suite again to write"
-            " it again"
+            f"{path}: is damaged, or the tables beside it are: {error!r};"
+            " delete it and start the suite again, which writes them again"
         ) from error
 
 

@@ -1,6 +1,7 @@
 """What `hunav report` makes of the folders of all commands."""
 
 import json
+import shutil
 
 import pandas as pd
 import pytest
@@ -174,6 +175,38 @@ def test_a_suite_without_page_has_its_facts_in_json(suite_folder):
     about = json.loads((suite_folder / "suite.json").read_text())
     assert about["suite"] == "two"
     assert len(about["cells"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("suite.json", '{"suite"'),
+        ("suite.json", "[]"),
+        ("suite.json", '{"relations": [], "facts": []}'),
+        ("runs.csv", "scenario,planner\ncrossing,pursuit\n"),
+        ("costs.csv", "scenario,planner,setting,seed,end_time\n"),
+        ("costs.csv", ""),
+    ],
+)
+def test_damaged_tables_of_a_suite_are_told(
+    suite_folder, name, text, tmp_path, capsys
+):
+    shutil.copytree(suite_folder, tmp_path, dirs_exist_ok=True)
+    (tmp_path / name).write_text(text)
+    assert cli.main(["report", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"hunav: {tmp_path / 'suite.json'}: is damaged, or")
+    assert "delete it and start the suite again" in told
+
+
+def test_the_page_of_a_suite_is_named_after_its_folder(
+    suite_folder, tmp_path, monkeypatch
+):
+    folder = tmp_path / "moved"
+    shutil.copytree(suite_folder, folder)
+    monkeypatch.chdir(folder)
+    assert cli.main(["report", "."]) == 0
+    assert "<title>Benchmark moved<" in (folder / "report.html").read_text()
 
 
 def test_duplicates_count_once_in_tables_and_figures(tmp_path, capsys):
