@@ -168,9 +168,18 @@ def _report_suite(
     """Writes the page of a suite again, from its tables; returns messages."""
     from hunav_drake.report.runs_page import WriteRunsPage
     from hunav_drake.report.suite_files import read_suite
+    from hunav_drake.runs.run_folders import RUNS, find_runs
 
     with input_errors(ValueError):
         many = read_suite(directory)
+        apart = find_runs(directory).keys() - {*many.runs["tag"]}
+        if apart:
+            print(
+                f"hunav: left out what is in {directory / RUNS}"
+                f" ({', '.join(sorted(apart)[:_MOST_LINES])}): no runs of the"
+                " suite; move it to another folder for a report on it",
+                file=sys.stderr,
+            )
         lines = _write_more(many.runs, many.made_by, options)
         title = options.title or f"Benchmark {directory.resolve().name}"
         WriteRunsPage(many, page, title)

@@ -199,6 +199,24 @@ def test_damaged_tables_of_a_suite_are_told(
     assert "delete it and start the suite again" in told
 
 
+def test_single_runs_in_the_folder_of_a_suite_are_told(
+    suite_folder, tmp_path, capsys
+):
+    shutil.copytree(suite_folder, tmp_path, dirs_exist_ok=True)
+    WriteResult(make_result(), tmp_path, tag="mine")
+    assert cli.main(["report", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert "report on 4 runs" in out
+    assert f"left out what is in {tmp_path / 'runs'} (mine): no runs" in err
+    (tmp_path / "moved").mkdir()
+    (tmp_path / "runs").rename(tmp_path / "moved" / "runs")
+    assert cli.main(["report", str(tmp_path)]) == 0
+    assert cli.main(["report", str(tmp_path / "moved")]) == 0
+    out, err = capsys.readouterr()
+    assert "report on 1 run " in out
+    assert not err
+
+
 def test_the_page_of_a_suite_is_named_after_its_folder(
     suite_folder, tmp_path, monkeypatch
 ):
