@@ -44,36 +44,46 @@ def hunav_texts(result: TrialResult, tag: str) -> dict[str, str]:
     first; `metrics_beh_<number>_steps_<tag>.txt` the same for the people of a
     behavior by its number, with the column `behavior_active`; `metrics.txt`
     and `metrics_beh_<number>.txt` have one row, for the whole run. Behaviors
-    that HuNavSim does not have are left out.
+    that HuNavSim does not have are left out. Each of several robots has files
+    of its own, whose names begin with that of the robot: `anna_metrics.txt`.
 
     Args:
         result: The run.
         tag: The `experiment_tag`, which identifies this run.
     """
     numbers = {name: number for number, name in BEHAVIOR_NAMES.items()}
-    texts = {
-        "metrics.txt": _row(result.metrics, tag),
-        f"metrics_steps_{tag}.txt": _steps(result.steps),
-    }
-    for behavior, steps in result.steps_by_behavior.items():
-        if behavior in numbers:
-            stem = f"metrics_beh_{numbers[behavior]}"
-            texts[f"{stem}.txt"] = _row(result.by_behavior.loc[behavior], tag)
-            texts[f"{stem}_steps_{tag}.txt"] = _steps(steps)
+    robots = [it.robot_name for it in result.recording.robots]
+    texts: dict[str, str] = {}
+    for robot in robots if len(robots) > 1 else [""]:
+        prefix, first = (f"{robot}.", f"{robot}_") if robot else ("", "")
+        texts |= {
+            f"{first}metrics.txt": _row(result.metrics, tag, prefix),
+            f"{first}metrics_steps_{tag}.txt": _steps(result.steps, prefix),
+        }
+        for behavior, steps in result.steps_by_behavior.items():
+            if behavior in numbers:
+                stem = f"{first}metrics_beh_{numbers[behavior]}"
+                own = result.by_behavior.loc[behavior]
+                texts[f"{stem}.txt"] = _row(own, tag, prefix)
+                texts[f"{stem}_steps_{tag}.txt"] = _steps(steps, prefix)
     return texts
 
 
-def _row(metrics: pd.Series, tag: str) -> str:
+def _row(metrics: pd.Series, tag: str, prefix: str) -> str:
     cells = {"experiment_tag": tag}
-    for name, value in metrics.items():
-        if name in HUNAV_NAMES:
-            cells[HUNAV_NAMES[name]] = _cell(name, value)
+    for name, original in HUNAV_NAMES.items():
+        if prefix + name in metrics:
+            cells[original] = _cell(name, metrics[prefix + name])
     return "\t".join(cells) + "\n" + "\t".join(cells.values()) + "\n"
 
 
-def _steps(steps: pd.DataFrame) -> str:
-    names = [name for name in steps.columns if name in HUNAV_NAMES]
-    table = steps[names].rename(columns=HUNAV_NAMES)
+def _steps(steps: pd.DataFrame, prefix: str) -> str:
+    names = {
+        prefix + name: original
+        for name, original in HUNAV_NAMES.items()
+        if prefix + name in steps
+    }
+    table = steps[[*names]].rename(columns=names)
     table.insert(0, "time_stamps", steps.index - steps.index[0])
     if "behavior_active" in steps:
         table["behavior_active"] = steps["behavior_active"].astype(int)

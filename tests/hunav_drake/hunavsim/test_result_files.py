@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.hunavsim.result_files import HUNAV_NAMES
 from hunav_drake.runs.result_files import WriteResult
 from tests.hunav_drake.passing_trials import make_recording, make_result
@@ -56,6 +57,35 @@ def test_one_row_for_the_run_with_the_names_of_the_original(tmp_path):
     assert behavior["minimum_distance_to_people"][0] == pytest.approx(
         result.by_behavior.loc["scared", "min_dist_to_people"]
     )
+
+
+def test_each_of_several_robots_has_files_of_its_own(tmp_path):
+    robots = "".join(
+        f"\n- {{name: {name}, robot: {{start: [{x}, 0, 0], goal: [9, 0, 0]}}}}"
+        for name, x in (("anna", 0), ("bob", 3))
+    )
+    result = RunTrial(
+        LoadScenario(
+            data=f"robots:{robots}\nsimulation: {{duration: 1}}\n"
+            "humans: [{pose: [5, 2, 0]}]"
+        )
+    )
+    folder = WriteResult(result, tmp_path, tag="a", format="hunav")
+    names = ("metrics.txt", "metrics_steps_a.txt", "metrics_beh_1.txt")
+    assert {path.name for path in folder.glob("*.txt")} == {
+        f"{robot}_{name}"
+        for robot in ("anna", "bob")
+        for name in (*names, "metrics_beh_1_steps_a.txt")
+    }
+    for robot in ("anna", "bob"):
+        gap = result.metrics[f"{robot}.min_dist_to_people"]
+        table = read_table(folder / f"{robot}_metrics.txt")
+        assert table["minimum_distance_to_people"][0] == pytest.approx(gap)
+        assert set(table) <= {"experiment_tag", *HUNAV_NAMES.values()}
+        steps = read_table(folder / f"{robot}_metrics_beh_1_steps_a.txt")
+        least = steps["avg_distance_to_closest_person"].min()
+        assert least == pytest.approx(gap)
+        assert list(steps["behavior_active"].unique()) == [0]
 
 
 def test_the_names_are_those_of_the_original():
