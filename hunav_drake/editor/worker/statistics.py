@@ -8,13 +8,14 @@ import pandas as pd
 
 from hunav_drake.runs.run_row import plain_number
 from hunav_drake.runs.statistics import summarize
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.quantity_text import number_text
 
 
 def value_text(metric: str, value: float) -> str:
     """Returns the text of a value in tables."""
-    known = METRICS.get(metric)
+    known = METRICS.get(base_name(metric))
     return number_text(float(value), known.unit if known else "")
 
 

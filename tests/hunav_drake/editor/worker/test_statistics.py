@@ -3,7 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from hunav_drake.editor.worker.statistics import plain_number, summary_rows
+from hunav_drake.editor.worker.statistics import (
+    plain_number,
+    summary_rows,
+    value_text,
+)
 from hunav_drake.runs.intervals import mean_interval
 
 
@@ -12,6 +16,15 @@ def test_numbers_are_those_of_json():
     assert plain_number(math.nan) is None
     assert plain_number(math.inf) == "Infinity"
     assert plain_number(-math.inf) == "-Infinity"
+
+
+def test_values_of_one_of_several_robots_are_told_as_of_a_single_one():
+    for name, value, text in (
+        ("contacts_by_robot", 2.0, "2"),
+        ("personal_space_intrusions", 64.81, "64.8"),
+    ):
+        assert value_text(name, value) == text
+        assert value_text(f"anna.{name}", value) == text
 
 
 def test_each_planner_has_mean_and_interval():
