@@ -299,6 +299,26 @@ def test_seeds_and_planners_stand_side_by_side(open_with_worker):
     )
 
 
+def test_the_planner_of_the_scenario_is_marked_and_told_without_option(
+    open_with_worker,
+):
+    slow = "planner: {type: pursuit, cruise_speed: 0.4}"
+    text = QUICK.replace("planner: pursuit", slow).replace("15.0", "1.0")
+    editor = open_with_worker(text)
+    editor.tab("runs")
+    marked = editor.page.locator(".chip", has_text="(scenario)")
+    editor.expect(marked).to_have_text("pursuit (scenario)")
+    _run(editor, planners=("pursuit", "sfm"))
+    _result(editor, 2)
+    _wait_text(editor, ".run-state", "2 runs are done")
+    command = editor.page.locator(".run-command")
+    for planner, option in (("pursuit", ""), ("sfm", " --planner sfm")):
+        editor.page.locator(".run-head", has_text=planner).click()
+        editor.expect(command).to_have_text(
+            re.compile(rf"^hunav run \S+/scene\.yaml{option}$")
+        )
+
+
 def test_seeds_that_cannot_be_read_are_told(open_with_worker):
     editor = open_with_worker(QUICK)
     editor.tab("runs")

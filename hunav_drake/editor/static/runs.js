@@ -126,7 +126,7 @@ export function makeRunsPanel(store) {
   function showPlanners() {
     // Several robots have planners of their own.
     const own = store.data.robots?.length ? null : store.get(["planner"]) ?? store.catalog.defaults?.planner;
-    const name = typeof own === "string" ? own : (own?.name ?? "");
+    const name = typeof own === "string" ? own : (own?.type ?? "");
     const known = store.catalog.planners?.length ? store.catalog.planners : name ? [{ name, help: "" }] : [];
     refill(
       planners,

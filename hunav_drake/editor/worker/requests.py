@@ -66,15 +66,29 @@ class Run:
     result: dict[str, Any] | None = None
     folder: Path | None = None
 
-    def command(self, out: Path | None) -> str:
-        """Returns the command that does the same in a terminal."""
+    def command(
+        self,
+        out: Path | None,
+        *,
+        own_planner: bool = False,
+        imports: Sequence[str] = (),
+    ) -> str:
+        """Returns the command that does the same in a terminal.
+
+        Args:
+            out: The folder of its results; None for none.
+            own_planner: Whether its planner is that of the scenario, with its
+                parameters.
+            imports: Modules of users.
+        """
         request = self.request
         words = ["hunav", "run", request.filename or "SCENARIO.yaml"]
         for option, value in (
             ("--name", request.name),
             ("--seed", self.seed),
-            ("--planner", self.planner),
+            ("--planner", None if own_planner else self.planner),
             ("--out", out),
+            *(("--import", it) for it in imports),
         ):
             if value is not None:
                 words += [option, str(value)]

@@ -61,6 +61,8 @@ class Trials:
         # The scenario as loaded, and with the seed of the last run.
         self._loaded: Scenario | None = None
         self._scenario: Scenario | None = None
+        # Whether it has its own planner, with its parameters.
+        self._own_planner = False
         self._diagram: Diagram | None = None
         self._meshcat: Meshcat | None = None
 
@@ -78,7 +80,7 @@ class Trials:
         try:
             trial = self._simulate(message)
             result = result_message(trial)
-            self._channel.send(result)
+            self._channel.send({**result, "own_planner": self._own_planner})
             folder = self._write(trial, message)
         except Stopped:
             pass
@@ -121,7 +123,7 @@ class Trials:
         made_for = tuple(message[key] for key in keys)
         if made_for != self._made_for[:-1] or self._loaded is None:
             self._made_for = ()
-            self._loaded = load_scenario(message)
+            self._loaded, self._own_planner = load_scenario(message)
         scenario = self._loaded
         if (seed := message["seed"]) is not None:
             simulation = dataclasses.replace(scenario.simulation, seed=seed)
@@ -158,8 +160,11 @@ class Trials:
         return WriteResult(result, message["out"], add=add_pages)
 
 
-def load_scenario(message: dict[str, Any]) -> Scenario:
-    """Returns the scenario of a run; its default name is that of its file."""
+def load_scenario(message: dict[str, Any]) -> tuple[Scenario, bool]:
+    """Returns the scenario of a run, and whether it has its own planner.
+
+    Its default name is that of its file.
+    """
     planner = message["planner"]
     load = partial(
         LoadScenario,
@@ -168,13 +173,13 @@ def load_scenario(message: dict[str, Any]) -> Scenario:
         scenario_name=message["name"],
     )
     scenario = load()
-    if planner not in (None, planners_of(scenario)):
-        # (Its own one keeps its parameters.)
+    own_planner = planner in (None, planners_of(scenario))
+    if not own_planner:
         scenario = load(overrides={"planner": planner})
     filename = message["filename"]
     default = message["name"] or (Path(filename).stem if filename else "")
     name = scenario.name or (as_file_name(default) if default else "")
-    return dataclasses.replace(scenario, name=name)
+    return dataclasses.replace(scenario, name=name), own_planner
 
 
 class FrameSender:

@@ -348,6 +348,11 @@ class Worker:
                 )
 
     def _finish(self, run: Run, result: Mapping[str, Any]) -> None:
+        command = run.command(
+            self.results.given,
+            own_planner=result.get("own_planner", False),
+            imports=self._imports,
+        )
         run.result = {
             "kind": "result",
             "run": run.number,
@@ -364,7 +369,7 @@ class Worker:
             "report_url": None,
             "replay_url": None,
             "csv_url": None,
-            "command": run.command(self.results.given),
+            "command": command,
             "error": None,
             **result,
         }

@@ -24,5 +24,11 @@ def test_the_command_does_the_same_in_a_terminal():
         *("hunav", "run", "my cafe.yaml", "--name", "two"),
         *("--seed", "4", "--planner", "dwb", "--out", "out"),
     ]
+    # (The option would replace the parameters of the scenario's own one.)
+    command = run.command(None, own_planner=True, imports=["my own.py"])
+    assert shlex.split(command) == [
+        *("hunav", "run", "my cafe.yaml", "--name", "two"),
+        *("--seed", "4", "--import", "my own.py"),
+    ]
     (plain,) = RunRequest(text="").runs()
     assert plain.command(None) == "hunav run SCENARIO.yaml"

@@ -115,6 +115,19 @@ def test_several_robots_are_in_all_frames_and_take_a_planner(tmp_path):
         assert robots == [[-2.0, 0.0, 0.0], [-2.0, 2.0, 0.0]]
 
 
+def test_the_planner_of_the_scenario_keeps_its_parameters(tmp_path):
+    slow = "planner: {type: pursuit, cruise_speed: 0.2}"
+    text = TEXT.replace("planner: pursuit", slow).replace("12.0", "2.0")
+    channel = FakeChannel()
+    trials = Trials(channel)
+    for planner in (None, "pursuit", "sfm"):
+        trials.run(_message(tmp_path, text=text, planner=planner))
+    own, same, other = channel.of("result")
+    assert own["metrics"] == same["metrics"] != other["metrics"]
+    kept = [it["own_planner"] for it in (own, same, other)]
+    assert kept == [True, True, False]
+
+
 def test_files_of_the_run_are_written(done):
     channel, out = done
     (idle,) = channel.of("idle")
