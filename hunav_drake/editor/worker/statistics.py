@@ -42,7 +42,7 @@ def summary_rows(runs: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         return []
     table.insert(0, "planner", [run["planner"] for run in runs])
     table.insert(1, "drawn", [run.get("drawn") or "" for run in runs])
-    summary = summarize(table, by="planner", metrics=metrics)
+    summary = summarize(table, by="planner", metrics=metrics, bounded=True)
     rows = []
     for (planner, metric), row in summary.iterrows():
         numbers = {

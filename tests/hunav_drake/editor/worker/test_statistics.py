@@ -28,7 +28,7 @@ def test_values_of_one_of_several_robots_are_told_as_of_a_single_one():
 
 
 def test_each_planner_has_mean_and_interval():
-    values = {"a": [1.0, 2.0, 4.0], "b": [3.0, 3.0, 3.0]}
+    values = {"a": [11.0, 12.0, 14.0], "b": [3.0, 3.0, 3.0]}
     runs = [
         {"planner": planner, "metrics": {"path_length": it, "x": None}}
         for planner, all_values in values.items()
@@ -38,9 +38,21 @@ def test_each_planner_has_mean_and_interval():
     assert {row["metric"] for row in rows.values()} == {"path_length"}
     low, high = mean_interval(np.array(values["a"]))
     assert rows["a"]["n"] == 3
-    assert rows["a"]["mean"] == pytest.approx(7 / 3)
+    assert rows["a"]["mean"] == pytest.approx(37 / 3)
     assert (rows["a"]["low"], rows["a"]["high"]) == pytest.approx((low, high))
     assert rows["b"]["low"] == rows["b"]["high"] == 3.0
+
+
+def test_intervals_have_no_impossible_values():
+    values = {"anna.personal_space_intrusions": (5.0, 95.0), "a": (5.0, 95.0)}
+    runs = [
+        {"planner": "p", "metrics": {it: values[it][i] for it in values}}
+        for i in range(2)
+    ]
+    share, other = summary_rows(runs)
+    assert (share["low"], share["high"]) == (0.0, 100.0)
+    assert other["low"] < 0.0
+    assert other["high"] > 100.0
 
 
 def test_one_run_has_a_mean_and_no_interval():
