@@ -28,6 +28,7 @@ from hunav_drake.systems.common.checks import is_multiple, nearest_multiples
 from hunav_drake.systems.common.old_words import TAG
 from hunav_drake.systems.common.registry import name_of
 from hunav_drake.systems.common.schema import MAX_COORDINATE
+from hunav_drake.systems.crowd.doors import REST
 from hunav_drake.systems.people.behavior_choice import (
     BehaviorConfig,
     is_path,
@@ -337,6 +338,19 @@ def check_times(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
+def check_returns(scenario: Scenario) -> Iterator[Finding]:
+    """Checks that nobody leaves and comes back between two samples."""
+    period = scenario.evaluator.period
+    if scenario.population.sources and period > REST:
+        yield Finding(
+            ("evaluator", "period"),
+            f"must be at most {REST:g} s where people of sources come back, so"
+            " that nobody seems to walk from a sink to a source between two"
+            f" samples; got {period:g}",
+            uses=(("population", "sources"),),
+        )
+
+
 def check_start(scenario: Scenario) -> Iterator[Finding]:
     """Finds a recording that would never begin."""
     start = scenario.evaluator.start
@@ -620,6 +634,7 @@ OWN_CHECKS: tuple[Check, ...] = (
     check_jitter,
     check_bodies,
     check_times,
+    check_returns,
     check_start,
     check_sensors,
     check_scan,

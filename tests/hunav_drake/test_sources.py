@@ -429,6 +429,17 @@ def test_faults_name_place_rule_value_and_remedy(setting, fault):
     assert fault in str(error.faults[0])
 
 
+def test_samples_are_so_close_that_nobody_comes_back_between_two():
+    often = LoadScenario(data=STATION, overrides=["evaluator.period=1.0"])
+    people = RunTrial(often).recording.humans[..., :2]
+    steps = np.linalg.norm(np.diff(people, axis=0), axis=-1)
+    assert 1.0 < np.nanmax(steps) < 2.5
+    error = failure(data=STATION, overrides=["evaluator.period=1.05"])
+    (found,) = error.faults
+    assert found.path == "evaluator.period"
+    assert "must be at most 1 s where people of sources" in found.message
+
+
 def test_a_name_that_somebody_has_is_refused():
     text = STATION + "humans: [{name: west_2, pose: [6, 0, 0]}]\n"
     (found,) = failure(data=text).faults
