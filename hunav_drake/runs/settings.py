@@ -57,7 +57,8 @@ def with_names(runs: pd.DataFrame) -> pd.DataFrame:
             not changed.
     """
     gaps = [name for name in _NAMES if name in runs and runs[name].hasnans]
-    return runs.assign(**{name: _texts(runs, name) for name in gaps})
+    # (pandas warns where columns are added to many that come from a file.)
+    return runs.copy().assign(**{name: _texts(runs, name) for name in gaps})
 
 
 def _texts(runs: pd.DataFrame, name: str) -> pd.Series:

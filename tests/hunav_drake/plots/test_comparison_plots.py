@@ -2,6 +2,7 @@
 
 import re
 import struct
+import warnings
 
 import numpy as np
 import pandas as pd
@@ -211,6 +212,20 @@ def test_tables_read_by_pandas_have_the_same_statistics(tmp_path):
         compare(it, "a", "b", by=("scenario", "setting")) for it in (runs, read)
     )
     pd.testing.assert_frame_equal(one, other)
+
+
+def test_files_of_many_metrics_are_drawn_without_a_word(tmp_path):
+    """As those of several robots: pandas warns of so many columns."""
+    runs = runs_of(a=A, b=B)
+    names = [f"robot_{i}.path_length" for i in range(120)]
+    more = pd.DataFrame(1.0, index=runs.index, columns=names)
+    file = tmp_path / "runs.csv"
+    pd.concat([runs, more], axis=1).to_csv(file, index=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read = pd.read_csv(file)
+        for draw in (plot_comparison, plot_differences, plot_distribution):
+            draw(read, "path_length")
 
 
 @pytest.mark.slow
