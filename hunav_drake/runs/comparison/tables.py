@@ -117,7 +117,8 @@ def chosen_tables(
 ) -> list[Table]:
     """Returns a table of chosen metrics for each scenario.
 
-    A row is a metric; each planner, with its setting, has all columns.
+    A row is a metric; each planner, with its setting, has all columns. A
+    metric that only other scenarios have, as of their robots, has no row.
 
     Args:
         runs: A row per run: see `ReadRuns`.
@@ -136,6 +137,8 @@ def chosen_tables(
         names = list(dict.fromkeys(part["contender"]))
         rows = []
         for metric in metrics:
+            if part[metric].isna().all() and runs[metric].notna().any():
+                continue
             unit = shown_unit(part, metric)
             cells = [
                 _chosen(statistics.loc[(name, metric)], it, metric, unit)
@@ -143,6 +146,8 @@ def chosen_tables(
                 for it in columns
             ]
             rows.append((metric, *cells, unit_text(unit)))
+        if not rows:
+            continue
         groups: tuple[tuple[str, int], ...] = ()
         heads = names
         if len(columns) > 1:

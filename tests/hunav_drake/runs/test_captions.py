@@ -96,6 +96,18 @@ def test_chosen_columns_are_statistics():
     assert table.caption.endswith("paths that end early.")
 
 
+def test_a_table_has_no_rows_of_the_robots_of_other_scenarios():
+    fleet = runs_of(scenario="lobby")
+    fleet["anna.path_length"] = fleet.pop("path_length")
+    runs = pd.concat([runs_of(), fleet])
+    both = ["path_length", "anna.path_length"]
+    hall, lobby = chosen_tables(runs, ["completed", *both])
+    assert [row[0] for row in hall.rows] == ["completed", "path_length"]
+    assert [row[0] for row in lobby.rows] == ["completed", "anna.path_length"]
+    (lobby,) = chosen_tables(runs, both[1:])
+    assert lobby.title == "lobby"
+
+
 def test_nothing_is_a_dash():
     runs = runs_of(1).assign(path_length=NAN, completed=NAN)
     (table,) = chosen_tables(runs, ["path_length"], ["mean", "interval", "sd"])
