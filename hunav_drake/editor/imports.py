@@ -1,5 +1,6 @@
 """Imports files of HuNavSim and other scenarios."""
 
+import itertools
 from typing import Any, Literal, NamedTuple, TypeGuard
 
 from hunav_drake.editor.document.plain_data import same
@@ -110,6 +111,7 @@ def _with_more(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
         ids = {id_ for it in humans if isinstance(id_ := _of(it, "id"), int)}
         for human in more:
             _make_unique(human, names, ids)
+        _make_groups_unique(more, humans)
         result["humans"] = [*humans, *more]
     old, new = data.get("world"), other.get("world")
     if _is_dict(new) and (old is None or _is_dict(old)):
@@ -152,6 +154,19 @@ def _make_unique(human: dict[str, Any], names: set[str], ids: set[int]) -> None:
         if human["id"] in ids:
             human["id"] = max(ids) + 1
         ids.add(human["id"])
+
+
+def _make_groups_unique(more: list[dict[str, Any]], others: list[Any]) -> None:
+    """Gives groups of people numbers that no group of others has."""
+    taken, own = (
+        {g for it in part if isinstance(g := _of(it, "group_id"), int)}
+        for part in (others, more)
+    )
+    free = (n for n in itertools.count(1) if n not in taken | own)
+    renamed = {n: next(free) for n in sorted(taken & own) if n >= 0}
+    for human in more:
+        if isinstance(number := human.get("group_id"), int):
+            human["group_id"] = renamed.get(number, number)
 
 
 def _is_dict(value: Any) -> TypeGuard[dict[str, Any]]:

@@ -75,6 +75,20 @@ def test_agents_are_added_under_free_names(view):
     assert "# The second." in view.text
 
 
+def test_groups_that_are_added_stay_apart_from_those_that_are_there():
+    def people(*groups):
+        return "humans:\n" + "".join(
+            f"- {{pose: [{2 * i}, 0, 0], group_id: {group}}}\n"
+            for i, group in enumerate(groups)
+        )
+
+    view = View(EditSession(people(0, 0, -1, 3)))
+    text = people(0, 2, 0, -1, 3, 2)
+    view.ask("import", kind="scenario", mode="add", name="more.yaml", text=text)
+    groups = [it["group_id"] for it in view.data["humans"]]
+    assert groups == [0, 0, -1, 3, *(1, 2, 1, -1, 4, 2)]
+
+
 def test_agents_are_added_with_their_places(view):
     goals = "    global_goals: {3: {x: 1.0, y: 2.0}, 4: {x: 0.0, y: 2.0}}\n"
     text = AGENTS.replace("    agents:", f"{goals}    agents:", 1)
