@@ -137,7 +137,7 @@ def WriteRunsPage(
             many,
             links,
             # The names depend on all runs, so they are equal in all scenarios.
-            runs[runs["scenario"] == name],
+            _own_metrics(runs, runs["scenario"] == name),
             by_behavior[by_behavior["scenario"] == name],
             f"s{i}",
         )
@@ -236,6 +236,20 @@ def _contents(
     ]
     last = [it for it in named if it["id"] in ("runs", "cost", "provenance")]
     return [*(it for it in named if it not in last), *found, *last]
+
+
+def _own_metrics(runs: pd.DataFrame, own: pd.Series) -> pd.DataFrame:
+    """Returns some runs, without metrics that only others have."""
+    part = runs[own]
+    none = [it for it in runs.attrs.get("units", ()) if it in part]
+    none = [it for it in none if part[it].isna().all()]
+    others = {it for it in none if runs[it].notna().any()}
+    part = part.drop(columns=[*others])
+    part.attrs = {
+        key: {it: fact for it, fact in facts.items() if it not in others}
+        for key, facts in runs.attrs.items()
+    }
+    return part
 
 
 def _scenario(

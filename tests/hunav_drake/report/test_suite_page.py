@@ -144,6 +144,27 @@ def test_metrics_of_several_robots_and_of_ones_own_are_in_the_page_again(
     assert visible(page.read_text()) == before
 
 
+def test_a_scenario_has_no_metrics_of_the_robots_of_others(tmp_path):
+    names = {
+        "hall": ("completed", "path_length"),
+        "lobby": ("anna.completed", "anna.path_length"),
+    }
+    values = {
+        (scenario, planner): [
+            {completed: 1.0, length: 7.0 + 0.1 * seed + more}
+            for seed in range(8)
+        ]
+        for scenario, (completed, length) in names.items()
+        for planner, more in (("a", 0.0), ("b", 1.0))
+    }
+    page = WriteSuite(make_result(values), tmp_path).read_text()
+    sections = re.split(r'<h2 id="s\d"', page)[1:]
+    for section, own in zip(sections, names, strict=True):
+        told = visible(section.partition("<h2")[0])
+        metrics = re.findall(r"(?:anna\.)?\b(?:completed|path_length)\b", told)
+        assert {*metrics} == {*names[own]}
+
+
 def test_a_suite_that_has_not_ended_has_a_page(page, folder, tmp_path):
     (tmp_path / "recordings").mkdir()
     shutil.copy(folder / "runs.jsonl", tmp_path)
