@@ -79,6 +79,18 @@ def future(robot, person, goal=(10.0, 0.0)):
     )
 
 
+def test_of_several_robots_the_one_that_it_is_about_is_named():
+    scenario = LoadScenario(
+        data="robots:"
+        "\n- {name: anna, robot: {start: [-3, 0, 0], goal: [6, 0, 0]}}"
+        "\n- {name: bob, robot: {start: [-3, 9, 0], goal: [6, 9, 0]}}"
+        "\nhumans: [{name: ana, pose: [4, 0.1, 3.14], goals: [[-6, 0]]}]"
+        "\nsimulation: {duration: 20}"
+    )
+    (text,) = compared(scenario).texts()
+    assert text.startswith("anna cost ana ")
+
+
 def test_two_straight_lines_by_hand():
     with_ = future((0, 1, 0.5, 0), (0, 0, 0.8, 0))
     alone = future((0, 1, 0.8, 0), (0, 0, 1.0, 0))

@@ -115,16 +115,18 @@ class Relative:
         costs: By the name of each neighbour, what the robot costs: the extra
             time in seconds, and the extra path in meters; NaN for who does not
             arrive with or without the robot.
+        robot: Who the robot is in words.
     """
 
     values: Mapping[str, float]
     costs: Mapping[str, tuple[float, float]]
+    robot: str = "the robot"
 
     def texts(self) -> list[str]:
         """Returns the costs in words, as "the robot cost ana 1.3 s ..."."""
         # (Adding 0 takes away the sign of what rounds to 0.)
         return [
-            f"the robot cost {name} {round(time, 2) + 0.0:.2f} s and"
+            f"{self.robot} cost {name} {round(time, 2) + 0.0:.2f} s and"
             f" {round(path, 2) + 0.0:.2f} m"
             for name, (time, path) in self.costs.items()
             if not math.isnan(time)
@@ -139,6 +141,8 @@ def CompareAlone(
     until: float | None = None,
 ) -> Relative:
     """Compares a trial with itself without the people, and without the robot.
+
+    Of several robots, it is the first.
 
     Args:
         scenario: The scenario of the trial.
@@ -179,6 +183,7 @@ def CompareAlone(
             for i, name in enumerate(fork.names)
             if near[i]
         },
+        robot=fork.robots[0] or "the robot",
     )
 
 
