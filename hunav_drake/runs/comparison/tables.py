@@ -264,7 +264,9 @@ def fleet_metrics(runs: pd.DataFrame) -> list[str]:
     """Returns the metrics in tables of several robots; none of one robot."""
     known = [it for it in runs if runs[it].notna().any()]
     if "min_dist_between_robots" not in known:
-        return []
+        # Of several robots, others were chosen.
+        names = {it: base_name(it) for it in known if base_name(it) != it}
+        return [it for b in PAPER_METRICS for it in names if names[it] == b]
     own = (it for b in _OF_EACH_ROBOT for it in known if it.endswith(f".{b}"))
     return [*(it for it in _FLEET_METRICS if it in runs), *own]
 

@@ -334,6 +334,19 @@ def test_tables_of_several_robots_have_their_metrics():
     assert not any(text.startswith("-") for text in lobby.values())
 
 
+def test_tables_of_several_robots_have_the_metrics_that_were_chosen():
+    values = {
+        ("hall", "p"): [{"path_length": 8.0}] * 2,
+        ("lobby", "p"): [{"anna.path_length": 7.0, "bob.path_length": 6.0}] * 2,
+    }
+    hall, lobby = scenario_tables(make_result(values))
+    assert [row[0] for row in hall.rows] == ["path_length", ENDS]
+    assert [row[:2] for row in lobby.rows[:-1]] == [
+        ("anna.path_length", "7.00 (2)"),
+        ("bob.path_length", "6.00 (2)"),
+    ]
+
+
 def test_tables_by_behavior_of_several_robots_have_those_of_each_robot():
     cells = make_cell("hall", "p"), make_cell("lobby", "p")
     common = {"min_dist_between_robots": 0.4}
