@@ -123,7 +123,7 @@ def _report_runs(
     from hunav_drake.runs.result_files import LoadResults
 
     left_out: dict[str, str] = {}
-    with input_errors():
+    with input_errors(ValueError):
         results = LoadResults(directory, damaged=left_out)
     for tag, reason in list(left_out.items())[:_MOST_LINES]:
         print(f"hunav: left out the run {tag}: {reason}", file=sys.stderr)

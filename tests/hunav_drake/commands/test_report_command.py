@@ -199,6 +199,16 @@ def test_damaged_tables_of_a_suite_are_told(
     assert "delete it and start the suite again" in told
 
 
+def test_a_damaged_line_of_the_log_of_single_runs_is_told(runs_folder, capsys):
+    log = runs_folder / "runs.jsonl"
+    log.write_text(log.read_text().replace('"seed": 1', '"seed": "x"', 1))
+    assert cli.main(["report", str(runs_folder)]) == 2
+    told = capsys.readouterr().err
+    assert f"{log}:2: is damaged" in told
+    assert "seed: must be a whole number" in told
+    assert "bug" not in told
+
+
 def test_single_runs_in_the_folder_of_a_suite_are_told(
     suite_folder, tmp_path, capsys
 ):
