@@ -109,6 +109,8 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
     rows = FORMATS[name].read(path, options)
     if not len(rows.ids):
         raise ValueError("has no rows")
+    scale = _UNITS[options.unit or "m"]
+    positions = rows.positions * scale
     for what, wrong, rule in (
         (
             "person",
@@ -122,7 +124,7 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
         ),
         (
             "position",
-            ~(np.abs(rows.positions) <= _FARTHEST).all(axis=1),
+            ~(np.abs(positions) <= _FARTHEST).all(axis=1),
             f"must be within {_FARTHEST:g} m of the origin",
         ),
     ):
@@ -131,7 +133,7 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
             got = {
                 "person": rows.ids[k],
                 "time": rows.times[k],
-                "position": tuple(rows.positions[k].tolist()),
+                "position": tuple(positions[k].tolist()),
             }[what]
             raise ValueError(
                 f"row {rows.lines[k]}: the {what} {rule}, got {got}; correct"
@@ -151,9 +153,9 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
     return Tracks.from_rows(
         rows.ids.astype(int),
         rows.times,
-        rows.positions * _UNITS[options.unit or "m"],
+        positions,
         rows.yaws,
-        [wall * _UNITS[options.unit or "m"] for wall in rows.walls],
+        [wall * scale for wall in rows.walls],
     )
 
 
@@ -336,7 +338,7 @@ def _fps_of(tracks: Tracks, options: Options) -> float:
         return options.fps
     if math.isnan(tracks.period):
         raise ValueError("nobody has two rows, so there is no rate; give fps")
-    return 1 / tracks.period
+    return float(f"{1 / tracks.period:.10g}")
 
 
 def _read_eth(path: Path, options: Options) -> Rows:

@@ -67,6 +67,19 @@ def test_formats_with_a_rate_hold_any_period(name, tmp_path):
     assert np.allclose(found.people[1].positions, expected.people[1].positions)
 
 
+@pytest.mark.parametrize("name", ["petrack", "jupedsim", "trajnet"])
+@pytest.mark.parametrize("fps", [15, 24, 29.97, 30, 120])
+@pytest.mark.parametrize("digits", [6, 15])
+def test_rates_of_films_are_written_as_they_are(name, fps, digits, tmp_path):
+    times = np.round(np.arange(500) / fps, digits)
+    places = np.column_stack([times, np.zeros(500)])
+    WriteTracks(Tracks((Track(1, times, places),)), tmp_path / "a", name)
+    (found,) = ReadTracks(tmp_path / "a", name).people
+    assert np.allclose(found.times, times, atol=1e-6)
+    if name == "petrack" and digits == 15:
+        assert f"framerate: {float(fps)}\n" in (tmp_path / "a").read_text()
+
+
 def test_formats_without_a_rate_need_their_own_period(tmp_path):
     tracks = three_people().resampled(0.1)
     for name in ("eth", "ucy"):
@@ -98,6 +111,14 @@ def test_one_row_has_no_rate(tmp_path):
             WriteTracks(one, tmp_path / "a", name)
         WriteTracks(one, tmp_path / "a", name, fps=2.0)
         assert ReadTracks(tmp_path / "a", name, fps=2.0).people[0].times == [2]
+
+
+def test_places_are_limited_in_meters_whatever_the_unit(tmp_path):
+    path = file_of(tmp_path, "time,id,x,y\n0,1,2e6,0\n0.4,1,2e6,500\n")
+    (it,) = ReadTracks(path, unit="mm").people
+    assert it.positions.tolist() == [[2000.0, 0.0], [2000.0, 0.5]]
+    with pytest.raises(ValueError, match=r"within 1e\+06 m of the origin"):
+        ReadTracks(path)
 
 
 def test_juelich_text_has_rate_and_unit_in_its_header(tmp_path):
