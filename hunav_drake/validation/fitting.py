@@ -31,6 +31,9 @@ _OUTLIER = 0.3
 # instants at which somebody passes another on the other side: there, distances
 # from the recording jump.
 _STEP = 0.1
+# For the errors, a derivative is the median of the differences at these parts,
+# to both sides: a jump is in some of them only.
+_PARTS = (0.1, 0.03, 0.01, 0.003, 0.001)
 # The parts of the present value that are tried first, for the same reason; and
 # how often for each weight in turn.
 _TRIED = (0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 1.5, 2.0, 3.0)
@@ -46,7 +49,8 @@ class Fit(NamedTuple):
         forces: All weights, with the fitted ones.
         values: The fitted weights by name.
         errors: Their standard errors, with whole windows as the independent
-            observations (the sandwich estimate).
+            observations (the sandwich estimate); infinite where the recordings
+            do not tell them.
         correlation: Shape (k, k), of the errors.
         before: The root mean square distance from the recording with the
             weights before the fit, in meters.
@@ -91,7 +95,7 @@ def FitForces(
         ValueError: If a name is unknown or there twice, or the recording can
             tell nothing about it.
     """
-    from scipy.optimize import least_squares
+    from scipy.optimize import least_squares, minimize
 
     names = list(free)
     _check(names, windows, obstacles)
@@ -110,13 +114,13 @@ def FitForces(
 
     begin = own_forces(HumanConfig(pose=(0.0, 0.0, 0.0)), config.profile)
     start = np.array([getattr(begin, name) for name in names])
-    steps = _STEP * np.maximum(np.abs(start), _STEP)
+    scales = np.maximum(np.abs(start), _STEP)
     sizes = [real.size for real in truth]
     low, high = np.array([_bounds(name) for name in names]).T
 
     def jacobian(values: Array) -> Array:
         columns = []
-        for k, step in enumerate(steps):
+        for k, step in enumerate(_STEP * scales):
             more, less = values.copy(), values.copy()
             more[k] = min(more[k] + step, high[k])
             less[k] = max(less[k] - step, low[k])
@@ -124,26 +128,37 @@ def FitForces(
             columns.append(change / (more[k] - less[k]))
         return np.column_stack(columns)
 
-    found = least_squares(
+    near = least_squares(
         residuals,
         _scan(residuals, start, low, high),
         jac=jacobian,
         bounds=(low, high),
         loss="soft_l1",
         f_scale=_OUTLIER,
-        x_scale=steps / _STEP,
+        x_scale=scales,
         xtol=1e-3,
-    )
+    ).x
+    # (So coarse differences lead near the least only.)
+    found = minimize(
+        lambda values: _cost(residuals(values * scales)),
+        near / scales,
+        method="Nelder-Mead",
+        bounds=np.column_stack([low, high]) / scales[:, None],
+        options={"xatol": 1e-3, "fatol": math.inf},
+    ).x
+    found = np.clip(found * scales, low, high)
+    offsets = residuals(found)
     covariance, warnings = _covariance(
-        jacobian(found.x), found.fun, names, sizes
+        _slopes(residuals, found, scales, low, high), offsets, names, sizes
     )
     errors = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore"):
         correlation = covariance / np.outer(errors, errors)
+    np.fill_diagonal(correlation, 1.0)
     for i in range(len(names)):
-        if min(found.x[i] - low[i], high[i] - found.x[i]) < 1e-6:
+        if min(found[i] - low[i], high[i] - found[i]) < 1e-6:
             warnings.append(
-                f"{names[i]} is at its bound, {found.x[i]:g}: the recording"
+                f"{names[i]} is at its bound, {found[i]:g}: the recording"
                 " wants even more; its error does not count"
             )
         for j in range(i):
@@ -153,14 +168,14 @@ def FitForces(
                     f" (correlation {correlation[i, j]:.2f}): keep one of them"
                     " at its default, or add other recordings"
                 )
-    values = dict(zip(names, found.x.tolist(), strict=True))
+    values = dict(zip(names, found.tolist(), strict=True))
     return Fit(
         dataclasses.replace(begin, **values),
         values,
         dict(zip(names, errors.tolist(), strict=True)),
         correlation,
         _rms(residuals(start)),
-        _rms(found.fun),
+        _rms(offsets),
         sum(map(len, windows)),
         tuple(warnings),
     )
@@ -187,6 +202,27 @@ def _scan(
         if lowest < least:
             best, least = now, lowest
     return np.clip(best, low + 1e-9, high - 1e-9)
+
+
+def _slopes(
+    residuals: Callable[[Array], Array],
+    values: Array,
+    scales: Array,
+    low: Array,
+    high: Array,
+) -> Array:
+    """Returns the derivatives of the residuals, but for their jumps."""
+    here, columns = residuals(values), []
+    for k, scale in enumerate(scales):
+        slopes = []
+        for part in (*_PARTS, *(-it for it in _PARTS)):
+            moved = values.copy()
+            moved[k] = np.clip(moved[k] + part * scale, low[k], high[k])
+            if moved[k] != values[k]:
+                change = residuals(moved) - here
+                slopes.append(change / (moved[k] - values[k]))
+        columns.append(np.median(slopes, axis=0))
+    return np.column_stack(columns)
 
 
 def _cost(offsets: Array) -> float:
@@ -263,7 +299,18 @@ def _covariance(
         ]
     )
     inverse = np.linalg.pinv(H)
+    count = len(sizes)
     covariance: Array = inverse @ (scores.T @ scores) @ inverse
+    if count <= len(names):
+        warnings.append(
+            f"{count} window{'s' * (count > 1)} of 8 s cannot tell the errors"
+            f" of {len(names)} weight{'s' * (len(names) > 1)}; add recordings"
+        )
+        return np.diag(np.full(len(names), np.inf)), warnings
+    covariance *= count / (count - 1)
+    for k, name in enumerate(names):
+        if name in idle:
+            covariance[k, k] = np.inf
     return covariance, warnings
 
 

@@ -78,6 +78,29 @@ def test_noise_is_in_the_errors():
     assert "social_factor" in fit_text(fit)
 
 
+def test_fits_end_at_the_least():
+    truth = {"social_factor": 2.5, "gamma": 0.3}
+    windows = crossing_people(truth, count=20, noise=0.03, seed=2)
+    fit = FitForces(windows, list(truth), goal="ahead", config=CONFIG)
+    known = CrowdPrediction(CONFIG, truth)
+    offsets = [known(it, "ahead") - it[:, PAST:] for it in windows]
+    square = np.mean([np.square(it).sum(axis=2).mean() for it in offsets])
+    assert fit.after < np.sqrt(square)
+    # Where somebody passes on the other side, distances jump.
+    for name, value in truth.items():
+        assert fit.errors[name] > 0.005 * value
+        assert abs(fit.values[name] - value) < 4 * fit.errors[name]
+    assert not fit.warnings
+
+
+def test_errors_that_nobody_can_tell_are_infinite():
+    windows = crossing_people({}, count=2)
+    fit = FitForces(windows, ["social_factor", "gamma"], config=CONFIG)
+    assert "2 windows of 8 s cannot tell the errors of 2" in fit.warnings[0]
+    assert np.isinf(list(fit.errors.values())).all()
+    assert np.isfinite(fit.correlation).all()
+
+
 def test_the_order_of_people_does_not_matter():
     truth = {"social_factor": 2.5}
     windows = crossing_people(truth, noise=0.01)
@@ -107,6 +130,7 @@ def test_what_a_recording_cannot_tell_is_refused_or_said():
     alone = crossing_people({}, count=3, people=1)
     fit = FitForces(alone, ["social_factor"], goal="ahead", config=CONFIG)
     assert "changes nothing" in fit.warnings[0]
+    assert np.isinf(fit.errors["social_factor"])
 
 
 @pytest.mark.slow
