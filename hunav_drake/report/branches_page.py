@@ -1,5 +1,6 @@
 """The page about branches of a trial."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -110,10 +111,11 @@ def _metrics(branches: Branches) -> Table:
     """Returns the headline metrics of the branches that have a robot."""
     same = branches[SAME].metrics
     names = [it for it, future in branches.futures.items() if future.robots]
+    found = branches.metrics.set_index(["branch", "metric"])["value"]
     rows = MetricRows(same, by_family=False)
     for metric in headline_of(same):
         unit = unit_of(same, metric)
-        values = [branches[it].metrics.get(metric) for it in names]
+        values = [found.get((it, metric), math.nan) for it in names]
         cells = [number(float(it), unit) for it in values]
         rows.add(metric, cells, unit)
     ends: list[Cell] = [branches[it].end_reason for it in names]

@@ -1,6 +1,6 @@
 """Runs a trial, and returns its result."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager, nullcontext
 import dataclasses
 import math
@@ -232,11 +232,11 @@ def RunTrial(
             diagram.ForcedPublish(simulator.get_context())
     context = simulator.get_context()
     if failure is not None:
+        parts = robot_parts(scenario)
         ends = [
-            _end_at_failure(part, diagram, context, failure)
-            for part in robot_parts(scenario)
+            _end_at_failure(part, diagram, context, failure) for part in parts
         ]
-        return _result(scenario, diagram, context, ends, failure)
+        return _result(scenario, diagram, context, parts, ends, failure)
     if on_planner_error == "raise":
         _raise_failure(scenario, diagram, context)
     return GetTrialResult(scenario, diagram, context)
@@ -307,6 +307,7 @@ def GetTrialResult(
     context: Context,
     *,
     since: float = -math.inf,
+    robots: Collection[str] | None = None,
 ) -> TrialResult:
     """Returns the result of a trial up to the time of its Context.
 
@@ -317,6 +318,8 @@ def GetTrialResult(
             scenario.
         since: The time from which on the trial counts, in seconds; by
             default, all of it.
+        robots: The names of those of several robots that are there; by
+            default, all of them. The result of one is that of a single robot.
 
     Raises:
         ValueError: If the diagram was made from another scenario, or nothing
@@ -324,8 +327,13 @@ def GetTrialResult(
     """
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     CheckTrialDiagram(scenario, diagram)
-    ends = [_end_of(part, diagram, context) for part in robot_parts(scenario)]
-    return _result(scenario, diagram, context, ends, since=since)
+    parts = [
+        part
+        for part in robot_parts(scenario)
+        if robots is None or part.name in robots
+    ]
+    ends = [_end_of(part, diagram, context) for part in parts]
+    return _result(scenario, diagram, context, parts, ends, since=since)
 
 
 class _End(NamedTuple):
@@ -380,6 +388,7 @@ def _result(
     scenario: Scenario,
     diagram: Diagram,
     context: Context,
+    parts: Sequence[RobotPart],
     ends: Sequence[_End],
     failure: PlannerError | None = None,
     since: float = -math.inf,
@@ -388,7 +397,6 @@ def _result(
 
     It has failed if a planner has ended it, even one that was at its goal.
     """
-    parts = robot_parts(scenario)
     config = scenario.evaluator
     first, *others = (
         dataclasses.replace(
@@ -401,6 +409,11 @@ def _result(
         for part, end in zip(parts, ends, strict=True)
     )
     recording = dataclasses.replace(first, others=tuple(others))
+    end_time = _time_of(context, recording)
+    if len(parts) < len(robot_parts(scenario)) and not others:
+        # (The trial goes on after the end of the only one.)
+        recording = recording.until_end()
+        end_time = end_time if ends[0].time is None else ends[0].time
     told = [_told(part, end) for part, end in zip(parts, ends, strict=True)]
     if failure is not None and str(failure) not in (it.message for it in ends):
         told.append(str(failure))
@@ -420,7 +433,7 @@ def _result(
         if failure is None
         else "planner_failed",
         end_message=ends[0].message if len(ends) == 1 else "; ".join(told),
-        end_time=_time_of(context, recording),
+        end_time=end_time,
         robot_ends={
             part.name: end.reason
             for part, end in zip(parts, ends, strict=True)

@@ -25,6 +25,7 @@ from hunav_drake import (
     WithPlanner,
     WithSettings,
 )
+from hunav_drake.report.branches_page import WriteBranchesPage
 from hunav_drake.report.summary import branches_summary
 from hunav_drake.systems.common.layout import OUTSIDE, VX, X, Y
 from hunav_drake.trial.branches.kinds import Branch, RobotShifted
@@ -493,6 +494,14 @@ def test_one_of_several_robots_and_people_of_sources():
     assert {it.partition(".")[0] for it in own} == {
         part.name for part in scenario.robots if part.name != second
     }
+    # Who is gone has no part in the result.
+    left = made["robot gone"]
+    assert [it.robot_name for it in left.recording.robots] == [
+        part.name for part in scenario.robots if part.name != second
+    ]
+    assert second not in left.robot_ends
+    assert second not in left.end_message
+    assert np.nanmax(left.metrics) < 1e4
     same, other = made["same"], made["dwb"]
     assert (
         other.provenance["scenario_sha256"]
@@ -505,6 +514,33 @@ def test_one_of_several_robots_and_people_of_sources():
     k = int(np.flatnonzero(there[0])[0])
     without = fork.Run(WithoutPerson(fork.names[k]))
     assert np.isnan(without.humans[:, k, X]).all()
+
+
+def test_the_only_robot_that_is_left_ends_alone(tmp_path):
+    scenario = LoadScenario(filename="fleet")
+    keep = [it.name for it in scenario.robots][:2]
+    scenario.robots = scenario.robots[:2]
+    scenario.simulation.duration = 40.0
+    diagram, context = at(scenario, 2.0)
+    made = RunBranches(
+        scenario,
+        diagram,
+        context,
+        until=40.0,
+        branches={"alone": RobotGone(keep[1])},
+        reference=SAME,
+    )
+    alone = made["alone"]
+    assert alone.end_reason == "goal"
+    assert alone.robot_ends == {keep[0]: "goal"}
+    assert alone.end_time < made.until
+    assert alone.recording.times[-1] == pytest.approx(alone.end_time)
+    table = made.metrics.set_index(["branch", "metric"])
+    row = table.loc["alone", f"{keep[0]}.time_to_reach_goal"]
+    assert row["value"] == alone.metrics["time_to_reach_goal"]
+    assert np.isfinite(row["difference"])
+    page = WriteBranchesPage(made, tmp_path / "a.html", "two").read_text()
+    assert "\N{SUPERSCRIPT SIX}" not in page
 
 
 def test_who_sits_and_talks_goes_on_without_one():

@@ -54,8 +54,9 @@ class Future:
             (K + 1, n): 1 on the way to it, 0 or less afterwards.
         robot_goal: The goal of the first robot with its tolerances, (x, y, yaw,
             tolerance, yaw tolerance); None without a goal.
-        result: The result of the trial from the instant to its end; None if it
-            was not asked for, or if there is no robot.
+        result: The result of the trial from the instant to its end, of the
+            robots that are there; None if it was not asked for, or if there is
+            no robot.
     """
 
     times: Array
@@ -297,7 +298,9 @@ def RunFuture(
     if whole and robots_left:
         # The result is that of the end; people go on.
         context = _advance(diagram, context, until, log, ends=True)
-        result = GetTrialResult(scenario, diagram, context, since=start)
+        result = GetTrialResult(
+            *(scenario, diagram, context), since=start, robots=robots_left
+        )
         context = context.Clone()
     if context.get_time() < until:
         _advance(diagram, context, until, log, ends=False)

@@ -154,14 +154,20 @@ class Branches:
             the one of the branch "same", and "difference".
         """
         same = self[SAME].metrics
+        count = len(self.futures[SAME].robots)
         rows = [
-            (branch, name, unit_of(own, name), value, same.get(name, math.nan))
+            (branch, told, unit_of(own, name), value, same.get(told, math.nan))
             for branch, future in self.futures.items()
             if future.robots
             for own in [self[branch].metrics]
+            for robot in [f"{next(iter(future.robots))}."]
             for name, value in own.items()
-            if len(future.robots) == len(self.futures[SAME].robots)
-            or str(name).startswith(tuple(f"{it}." for it in future.robots))
+            # (The result of the only one that is left has no names of robots.)
+            for told in [
+                f"{robot}{name}" if len(future.robots) == 1 < count else name
+            ]
+            if len(future.robots) == count
+            or str(told).startswith(tuple(f"{it}." for it in future.robots))
         ]
         return _compared(rows, ["branch", "metric", "unit"])
 
