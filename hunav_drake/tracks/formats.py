@@ -26,8 +26,8 @@ from hunav_drake.systems.people.tracks import Tracks, motion_at
 _PERIOD = 0.4
 # The frames per second of films whose rows name only frames.
 _FILM = 25.0
-# Farther away, in meters, nobody walks.
-_FARTHEST = 1e6
+# Farther away, in meters, nobody walks: maps (UTM) have so large coordinates.
+_FARTHEST = 1e7
 # Times are within that many seconds of 0.
 _LATEST = 1e9
 

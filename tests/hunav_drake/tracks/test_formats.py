@@ -114,11 +114,21 @@ def test_one_row_has_no_rate(tmp_path):
 
 
 def test_places_are_limited_in_meters_whatever_the_unit(tmp_path):
-    path = file_of(tmp_path, "time,id,x,y\n0,1,2e6,0\n0.4,1,2e6,500\n")
+    path = file_of(tmp_path, "time,id,x,y\n0,1,2e7,0\n0.4,1,2e7,500\n")
     (it,) = ReadTracks(path, unit="mm").people
-    assert it.positions.tolist() == [[2000.0, 0.0], [2000.0, 0.5]]
-    with pytest.raises(ValueError, match=r"within 1e\+06 m of the origin"):
+    assert it.positions.tolist() == [[20000.0, 0.0], [20000.0, 0.5]]
+    with pytest.raises(ValueError, match=r"within 1e\+07 m of the origin"):
         ReadTracks(path)
+
+
+def test_places_on_maps_are_read_and_can_be_shifted(tmp_path):
+    rows = "0,1,4.54e5,5.412e6\n0.4,1,4.54e5,5412000.5\n"
+    path = file_of(tmp_path, "time,id,x,y\n" + rows)
+    out = tmp_path / "b.csv"
+    words = ["tracks", str(path), "--shift", "-454000", "-5412000"]
+    assert main([*words, "-o", str(out)]) == 0
+    (it,) = ReadTracks(out).people
+    assert it.positions.tolist() == [[0.0, 0.0], [0.0, 0.5]]
 
 
 def test_juelich_text_has_rate_and_unit_in_its_header(tmp_path):
