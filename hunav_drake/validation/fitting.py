@@ -56,6 +56,7 @@ class Fit(NamedTuple):
             weights before the fit, in meters.
         after: The same with the fitted weights.
         people: The number of paths.
+        windows: The number of windows that they are in.
         warnings: What to know about the result, a line each.
     """
 
@@ -66,6 +67,7 @@ class Fit(NamedTuple):
     before: float
     after: float
     people: int
+    windows: int
     warnings: tuple[str, ...]
 
 
@@ -177,6 +179,7 @@ def FitForces(
         _rms(residuals(start)),
         _rms(offsets),
         sum(map(len, windows)),
+        len(windows),
         tuple(warnings),
     )
 
@@ -316,6 +319,10 @@ def _covariance(
 
 def fit_text(fit: Fit) -> str:
     """Returns a fit as lines for a terminal."""
+    from scipy.stats import t as student
+
+    # (Few windows tell the errors themselves with an error.)
+    wide = student.ppf(0.975, max(fit.windows - len(fit.values), 1))
     lines = [
         f"{fit.people} paths: {fit.before:.3f} m from the recording before the"
         f" fit, {fit.after:.3f} m after it (root mean square)",
@@ -326,7 +333,7 @@ def fit_text(fit: Fit) -> str:
         error = fit.errors[name]
         lines.append(
             f"  {name:18} {value:7.3f} {error:10.3f}         "
-            f"{value - 1.96 * error:.3f} to {value + 1.96 * error:.3f}"
+            f"{value - wide * error:.3f} to {value + wide * error:.3f}"
         )
     if len(fit.values) > 1:
         lines += ["", "  correlations"]

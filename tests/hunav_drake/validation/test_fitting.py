@@ -93,6 +93,17 @@ def test_fits_end_at_the_least():
     assert not fit.warnings
 
 
+def test_intervals_of_few_windows_are_wider():
+    windows = crossing_people({"social_factor": 2.5}, count=3, noise=0.02)
+    fit = FitForces(windows, goal="ahead", config=CONFIG)
+    (value,), (error,) = fit.values.values(), fit.errors.values()
+    # Student's t of two degrees of freedom.
+    low, high = value - 4.3027 * error, value + 4.3027 * error
+    assert f"{low:.3f} to {high:.3f}" in fit_text(fit)
+    many = fit._replace(windows=10**9)
+    assert f"to {value + 1.95996 * error:.3f}" in fit_text(many)
+
+
 def test_errors_that_nobody_can_tell_are_infinite():
     windows = crossing_people({}, count=2)
     fit = FitForces(windows, ["social_factor", "gamma"], config=CONFIG)
