@@ -525,7 +525,8 @@ def _rings(text: str) -> Iterator[Array]:
         geometry = shapely.from_wkt(text)
     except shapely.errors.GEOSException as error:
         raise ValueError(f"has a geometry that is not WKT: {error}") from error
-    for part in shapely.get_parts(geometry):
+    # (A collection may have areas of several parts.)
+    for part in shapely.get_parts(shapely.get_parts(geometry)):
         if part.geom_type == "Polygon":
             for ring in (part.exterior, *part.interiors):
                 yield np.array(ring.coords)[:, :2]

@@ -1,5 +1,6 @@
 """Files of recorded people: each format is read, written, and checked."""
 
+import contextlib
 import json
 import os
 from pathlib import Path
@@ -119,6 +120,21 @@ def test_places_are_limited_in_meters_whatever_the_unit(tmp_path):
     assert it.positions.tolist() == [[20000.0, 0.0], [20000.0, 0.5]]
     with pytest.raises(ValueError, match=r"within 1e\+07 m of the origin"):
         ReadTracks(path)
+
+
+def test_areas_of_several_parts_in_a_collection_are_walls(tmp_path):
+    path = tmp_path / "a.sqlite"
+    WriteTracks(three_people(), path, "jupedsim")
+    area = "((0 0, 9 0, 9 9, 0 0), (3 1, 4 1, 4 2, 3 1))"
+    other = "((20 0, 29 0, 29 9, 20 0))"
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        database.execute(
+            "UPDATE geometry SET wkt = ?",
+            [f"GEOMETRYCOLLECTION (MULTIPOLYGON ({area}, {other}))"],
+        )
+        database.commit()
+    found = ReadTracks(path).walls
+    assert [it[0].tolist() for it in found] == [[0, 0], [3, 1], [20, 0]]
 
 
 def test_places_on_maps_are_read_and_can_be_shifted(tmp_path):
