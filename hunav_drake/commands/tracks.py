@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable
+import contextlib
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -154,10 +155,13 @@ def _tracks(options: argparse.Namespace) -> int:
         )
     with input_errors(ValueError):
         homography = _matrix(options.homography)
+        written = "csv" if options.output is None else options.written
+        # (A csv has times: then the rate is that of the file to write.)
+        fps = None if written != "csv" and _is_csv(options) else options.fps
         tracks = ReadTracks(
             options.file,
             options.format,
-            fps=options.fps,
+            fps=fps,
             unit=options.unit,
             homography=homography,
         ).moved(
@@ -201,6 +205,18 @@ def _tracks(options: argparse.Namespace) -> int:
         if path is not None:
             print(f"Wrote {path}")
     return DONE
+
+
+def _is_csv(options: argparse.Namespace) -> bool:
+    """Returns whether the file that is read is a csv."""
+    from hunav_drake.tracks.formats import find_format
+
+    if options.format != "auto":
+        return bool(options.format == "csv")
+    # (Reading tells what is wrong with the file.)
+    with contextlib.suppress(ValueError):
+        return find_format(options.file) == "csv"
+    return False
 
 
 def _matrix(path: Path | None) -> "Array | None":

@@ -106,6 +106,10 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
             f"unit: must be m, cm or mm, got {shown(options.unit)}"
         )
     name = find_format(path) if name == "auto" else name
+    if name == "csv" and options.fps is not None:
+        raise ValueError(
+            "fps has no part in csv, whose rows have times; leave it out"
+        )
     rows = FORMATS[name].read(path, options)
     if not len(rows.ids):
         raise ValueError("has no rows")

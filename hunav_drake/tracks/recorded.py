@@ -5,7 +5,6 @@ import dataclasses
 import functools
 import math
 import os
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,6 @@ from hunav_drake.systems.people.track_groups import (
 )
 from hunav_drake.systems.people.tracks import WALKING, Track, Tracks, motion_at
 from hunav_drake.tracks.files import ReadTracks
-from hunav_drake.tracks.formats import find_format
 
 # The least radius of the body of a recorded person, in meters.
 _SMALLEST_BODY = 0.1
@@ -60,10 +58,10 @@ class _Reading(NamedTuple):
 
 @functools.lru_cache(maxsize=8)
 def _load(reading: _Reading) -> Tracks:
-    file, format = reading.file, reading.format
+    file = reading.file
     start, end = reading.start, reading.end
     tracks = ReadTracks(
-        file, format, fps=reading.fps, unit=reading.unit
+        file, reading.format, fps=reading.fps, unit=reading.unit
     ).split()
     within = tracks.between(start, math.inf if end is None else end)
     if not within.people:
@@ -73,12 +71,6 @@ def _load(reading: _Reading) -> Tracks:
         raise ValueError(
             f"{file}: nobody is there from {start:g} s {until}; the recording"
             f" is from {first:g} to {last:g} s"
-        )
-    name = find_format(Path(file)) if format == "auto" else format
-    if name == "csv" and reading.fps is not None:
-        raise ValueError(
-            f"{file}: fps has no part in csv, whose rows have times; leave it"
-            " out"
         )
     for it in within.people:
         if it.id < 0 or np.abs(it.positions).max() > MAX_COORDINATE:

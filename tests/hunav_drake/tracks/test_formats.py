@@ -122,6 +122,19 @@ def test_places_are_limited_in_meters_whatever_the_unit(tmp_path):
         ReadTracks(path)
 
 
+def test_a_rate_counts_or_is_refused(tmp_path, capsys):
+    path, out = tmp_path / "a.csv", tmp_path / "b.txt"
+    WriteTracks(three_people(), path)
+    with pytest.raises(ValueError, match="fps has no part in csv"):
+        ReadTracks(path, fps=30)
+    words = ["tracks", str(path), "--fps", "5"]
+    assert main(words) == 2
+    assert "leave it out" in capsys.readouterr().err
+    assert main([*words, "-o", str(tmp_path / "b.csv")]) == 2
+    assert main([*words, "-o", str(out), "--as", "petrack"]) == 0
+    assert "framerate: 5.0" in out.read_text()
+
+
 def test_areas_of_several_parts_in_a_collection_are_walls(tmp_path):
     path = tmp_path / "a.sqlite"
     WriteTracks(three_people(), path, "jupedsim")
