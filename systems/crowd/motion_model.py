@@ -146,25 +146,28 @@ def checked(
     Raises:
         ValueError: If it is not made of finite numbers, or has another shape.
     """
+    fault, cause = "", None
     try:
         result = np.ascontiguousarray(array)
         if result.dtype not in (np.float64, object):
             result = result.astype(float)
     except (TypeError, ValueError) as error:
-        raise ValueError(
-            f"the motion model {model!r} must give numbers by {function}():"
-            f" {error}"
-        ) from error
-    if result.shape != shape:
-        raise ValueError(
-            f"the motion model {model!r} must give an array of shape {shape} by"
-            f" {function}(), got {result.shape}"
-        )
-    # A sum is finite only if all are, unless they are beyond all use.
-    if result.dtype != object and not math.isfinite(result.sum()):
-        bad = int(np.flatnonzero(~np.isfinite(result).all(axis=1))[0])
-        raise ValueError(
-            f"the motion model {model!r} must give finite numbers by"
-            f" {function}(), got {result[bad].tolist()} for humans[{bad}]"
-        )
+        fault, cause = f"numbers by {function}(): {error}", error
+    else:
+        # A sum is finite only if all are, unless they are beyond all use.
+        if result.shape != shape:
+            fault = (
+                f"an array of shape {shape} by {function}(), got {result.shape}"
+            )
+        elif result.dtype != object and not math.isfinite(result.sum()):
+            bad = int(np.flatnonzero(~np.isfinite(result).all(axis=1))[0])
+            fault = (
+                f"finite numbers by {function}(), got {result[bad].tolist()}"
+                f" for humans[{bad}]"
+            )
+    if fault:
+        wrong = ValueError(f"the motion model {model!r} must give {fault}")
+        # (Of code of one's own: see `fault_of_user_code`.)
+        wrong.add_note("correct the model")
+        raise wrong from cause
     return result

@@ -34,7 +34,8 @@ def is_full_moon(context):
 @pytest.fixture(autouse=True)
 def parts_of_the_package():
     """What a test makes known is forgotten after it."""
-    parts = (METRICS, MOTION_MODELS._choices, PLANNERS._choices)
+    # (Loaded: what comes later would be forgotten, too.)
+    parts = (METRICS, MOTION_MODELS._loaded(), PLANNERS._loaded())
     before = [dict(part) for part in parts]
     yield
     for part, known in zip(parts, before, strict=True):
@@ -127,6 +128,34 @@ def test_an_error_in_ones_own_code_is_told_in_a_line(hunav, tmp_path):
     assert "warning: no value: metric 'mine_1'" in warning
     assert line.startswith(told)
     assert f"({tmp_path}/mine_1.py:10)" in line
+
+
+def test_a_wrong_result_of_ones_own_model_is_no_bug_of_the_package(
+    hunav, tmp_path
+):
+    (tmp_path / "mine_3.py").write_text(
+        """
+from dataclasses import dataclass
+import numpy as np
+from hunav_drake.systems.crowd import MotionModel, register_motion_model
+
+@register_motion_model("undefined")
+@dataclass
+class Undefined(MotionModel):
+    def forces(self, snapshot):
+        return np.full((len(snapshot.states), 16), np.nan)
+
+    def advance(self, snapshot, forces):
+        return snapshot.states
+"""
+    )
+    code, _, err = hunav(
+        *("run", "passing", "--import", "mine_3.py"),
+        *("--set", "crowd.model=undefined"),
+    )
+    assert code == 2
+    assert "'undefined' must give finite numbers by forces()" in err
+    assert "bug in hunav_drake" not in err
 
 
 def test_a_metric_of_ones_own_that_fails_is_a_warning(hunav, tmp_path):
