@@ -105,6 +105,15 @@ def check_output(path: Path, force: bool = True) -> None:
         )
 
 
+def check_once(files: Iterable[Path]) -> None:
+    """Checks that no recording is named twice, as it would count twice."""
+    seen = set()
+    for file in files:
+        if file.resolve() in seen:
+            raise InputError(f"{file}: is named twice; leave one out")
+        seen.add(file.resolve())
+
+
 def check_out(folder: Path, inner: str = "runs", option: str = "--out") -> None:
     """Checks that results can be written to a folder."""
     import tempfile

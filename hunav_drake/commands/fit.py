@@ -3,7 +3,12 @@
 import argparse
 from pathlib import Path
 
-from hunav_drake.commands.errors import DONE, check_output, input_errors
+from hunav_drake.commands.errors import (
+    DONE,
+    check_once,
+    check_output,
+    input_errors,
+)
 
 
 def add_fit_options(fit: argparse.ArgumentParser) -> None:
@@ -84,6 +89,7 @@ def _fit(options: argparse.Namespace) -> int:
         check_output(options.output, options.force)
     config = CrowdConfig(profile=options.profile)
     with input_errors(ValueError, ScenarioError):
+        check_once([*options.files, *options.holdout])
         obstacles = None
         if options.walls is not None:
             scenario = LoadScenario(options.walls, scenario_name=options.name)

@@ -156,8 +156,14 @@ def _tracks(options: argparse.Namespace) -> int:
     with input_errors(ValueError):
         homography = _matrix(options.homography)
         written = "csv" if options.output is None else options.written
+        read = _format_of(options)
         # (A csv has times: then the rate is that of the file to write.)
-        fps = None if written != "csv" and _is_csv(options) else options.fps
+        fps = None if written != "csv" and read == "csv" else options.fps
+        if homography is not None and "ucy_vsp" not in (read or "", written):
+            raise ValueError(
+                f"--homography {options.homography}: is for pixels, as of"
+                f" ucy_vsp; {options.file} has meters; leave it out"
+            )
         tracks = ReadTracks(
             options.file,
             options.format,
@@ -207,16 +213,16 @@ def _tracks(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _is_csv(options: argparse.Namespace) -> bool:
-    """Returns whether the file that is read is a csv."""
+def _format_of(options: argparse.Namespace) -> str | None:
+    """Returns the format of the file that is read; None if it has none."""
     from hunav_drake.tracks.formats import find_format
 
     if options.format != "auto":
-        return bool(options.format == "csv")
+        return str(options.format)
     # (Reading tells what is wrong with the file.)
     with contextlib.suppress(ValueError):
-        return find_format(options.file) == "csv"
-    return False
+        return find_format(options.file)
+    return None
 
 
 def _matrix(path: Path | None) -> "Array | None":

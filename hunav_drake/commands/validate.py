@@ -6,7 +6,12 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING
 
-from hunav_drake.commands.errors import DONE, check_out, input_errors
+from hunav_drake.commands.errors import (
+    DONE,
+    check_once,
+    check_out,
+    input_errors,
+)
 from hunav_drake.commands.options import (
     add_import_option,
     progress_bar,
@@ -63,8 +68,8 @@ def add_validate_options(validate: argparse.ArgumentParser) -> None:
     validate.add_argument(
         "--workers",
         type=whole_number(1),
-        default=1,
-        help="the number of processes; it does not change the results",
+        help="the number of processes (default: 1); it does not change the"
+        " results",
     )
     validate.add_argument(
         "--out",
@@ -123,7 +128,7 @@ def _validate(options: argparse.Namespace) -> int:
         outcomes = run_cases(
             cases,
             settings,
-            workers=options.workers,
+            workers=options.workers or 1,
             imports=tuple(getattr(options, "imports", ())),
             progress=show,
         )
@@ -157,7 +162,7 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
         scores_markdown,
     )
 
-    for name in ("case", "list", "quick", "seed"):
+    for name in ("case", "list", "quick", "seed", "workers"):
         if getattr(options, name):
             raise ValueError(f"--{name}: has no effect with --tracks; leave it")
     if options.out is not None:
@@ -177,6 +182,7 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
                 CrowdConfig(profile="hunav_drake_0.1"), radius=radius
             )
     scenes: dict[str, list[Array]] = {}
+    check_once(options.tracks)
     for file in options.tracks:
         scenes[_scene_name(file, scenes)] = read_windows(file)
     scores: list[Score] = []

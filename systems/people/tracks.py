@@ -23,6 +23,8 @@ _NO_NOISE = 1e-6
 
 # Times that differ by less are the same, in seconds.
 _SAME = 1e-9
+# The shortest period of samples, in seconds.
+_SHORTEST = 1e-3
 
 
 class Track(NamedTuple):
@@ -251,7 +253,14 @@ class Tracks:
 
         In between, people follow cubic splines. Who has no such instant is left
         out.
+
+        Raises:
+            ValueError: If the period is below a millisecond.
         """
+        if not period >= _SHORTEST:
+            raise ValueError(
+                f"period: must be at least {_SHORTEST:g} s, got {period:g}"
+            )
         people = []
         for it in self.people:
             first = math.ceil(it.times[0] / period - 1e-9)

@@ -325,6 +325,26 @@ def test_the_command_tells_draws_and_converts(tmp_path, capsys):
     assert main(["tracks", str(source), "--plot", "a.bmp"]) == 2
 
 
+def test_what_means_nothing_for_a_file_is_refused(tmp_path, capsys):
+    source, matrix = tmp_path / "a.txt", tmp_path / "H.txt"
+    WriteTracks(three_people(), source, "ucy")
+    matrix.write_text("1 0 0\n0 1 0\n0 0 1\n")
+    for more, words in (
+        (["--homography", str(matrix)], "is for pixels, as of ucy_vsp"),
+        (["--period", "1e-9"], "period: must be at least 0.001 s"),
+    ):
+        assert main(["tracks", str(source), *more]) == 2
+        assert words in capsys.readouterr().err
+    for words in (
+        ["validate", "--workers", "2", "--tracks", str(source)],
+        ["validate", "--tracks", str(source), str(source)],
+        ["fit", str(source), "--holdout", str(source)],
+    ):
+        assert main(words) == 2
+        told = capsys.readouterr().err
+        assert "--workers: has no effect" in told or "named twice" in told
+
+
 def test_an_end_alone_keeps_what_is_before_zero(tmp_path, capsys):
     source = tmp_path / "early.csv"
     rows = [f"{0.1 * k:.1f},1,{0.1 * k:.2f},0" for k in range(-20, 21)]

@@ -160,8 +160,10 @@ def test_the_command_fits_and_writes(tmp_path, capsys):
     times = np.arange(PAST + FUTURE) * STEP
     people = tuple(Track(i, times, row) for i, row in enumerate(windows[0]))
     file, out = tmp_path / "a.csv", tmp_path / "people.yaml"
-    WriteTracks(Tracks(people), file)
-    words = ["fit", str(file), "--goal", "ahead", "--holdout", str(file)]
+    other = tmp_path / "b.csv"
+    for path in (file, other):
+        WriteTracks(Tracks(people), path)
+    words = ["fit", str(file), "--goal", "ahead", "--holdout", str(other)]
     words += ["--profile", "hunav_drake_0.1"]
     assert main([*words, "-o", str(out)]) == 0
     told = capsys.readouterr().out
