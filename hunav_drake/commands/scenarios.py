@@ -223,7 +223,7 @@ def _check(options: argparse.Namespace) -> int:
         return (
             f"{people} {'person' if people == 1 else 'people'},"
             f" {_describe_world(scenario.world)},"
-            + (f" {robots} robots," if robots else "")
+            + (f" {robots} robots," if robots > 1 else "")
             + f" planner {planners_of(scenario)}"
         )
 
