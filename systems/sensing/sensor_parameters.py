@@ -228,8 +228,8 @@ class CameraParameters(Mount):
     """Vertical field of view, in radians."""
 
     range_min: Annotated[StrictFloat, within(1e-3, 1000, "m")] = 0.1
-    """Minimum depth, in meters. Nearer points give 0. (With a tiny one, a
-    renderer does not know what is before what.)"""
+    """Minimum depth, in meters. Nearer points give 0. Below a millimeter, a
+    renderer does not know what is before what."""
 
     range_max: Range = 20.0
     """Maximum depth, in meters. Farther points give infinity."""
