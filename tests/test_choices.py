@@ -100,6 +100,7 @@ def choice_in(kind, scenario):
     return scenario
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "name"), CHOICES)
 def test_it_is_chosen_by_its_tag_and_survives_a_file(kind, name):
     scenario = load(in_scenario(kind, name))
@@ -210,6 +211,7 @@ def seen(diagram, context):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "name"), MOVING)
 def test_contexts_do_not_disturb_each_other(kind, name):
     """A clone goes on like the original, whatever others do meanwhile."""
@@ -242,6 +244,7 @@ def test_contexts_do_not_disturb_each_other(kind, name):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "name"), MOVING)
 def test_a_context_goes_through_a_file(kind, name, tmp_path):
     diagram = MakeTrialDiagram(make_trial(kind, name))

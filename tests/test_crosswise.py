@@ -40,6 +40,7 @@ def num_exclusive(path):
     return sum(map(max, own.values()))
 
 
+@pytest.mark.slow
 def test_each_pair_is_in_a_row_that_is_not_refused(rows):
     assert not any(map(refusal, rows))
     found = {pair for row in rows for pair in covered(row)}

@@ -160,6 +160,7 @@ def test_ports_are_listed_one_a_line():
         ), block
 
 
+@pytest.mark.slow
 def test_every_room_is_described():
     text = (DOCS / "architecture.md").read_text()
     for room in architecture.rooms():
@@ -255,6 +256,7 @@ def test_the_readme_shows_how_a_run_ends(capsys, tmp_path, monkeypatch):
     assert re.sub(times, "", out).endswith("\n" + re.sub(times, "", end))
 
 
+@pytest.mark.slow
 def test_the_code_about_planners_runs(capsys, monkeypatch):
     """All of the page in one go, as someone who reads it types it."""
     monkeypatch.setattr(PLANNERS, "_choices", dict(PLANNERS))

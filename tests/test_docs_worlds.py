@@ -50,6 +50,7 @@ def test_a_loaded_pallet_hides_from_the_height_that_is_told():
         assert bool(len(world.sight_obstacles())) == hides
 
 
+@pytest.mark.slow
 def test_shipped_worlds_are_as_large_and_full_as_told():
     rows = re.findall(r"^\| `(\w+)` \| (\S+) x (\S+) \| (\d+) \|", TEXT, re.M)
     assert len(rows) == 12

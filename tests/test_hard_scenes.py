@@ -48,6 +48,7 @@ def test_the_suite_has_all_scenes():
     assert sorted(suite.scenarios) == hard_names() == [*recorded()["scenes"]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", hard_names())
 def test_a_scene_fails_as_ever(name):
     got, expected = facts(name), recorded()["scenes"][name]

@@ -186,6 +186,7 @@ print(json.dumps(machine_traits()))
 """
 
 
+@pytest.mark.slow
 def test_results_tell_what_their_bits_depend_on():
     traits = machine_traits()
     assert traits.keys() == MACHINE_TRAITS.keys()
@@ -194,6 +195,7 @@ def test_results_tell_what_their_bits_depend_on():
     assert run(TELL_TRAITS) == traits
 
 
+@pytest.mark.slow
 def test_variables_change_what_they_are_told_to():
     here = machine_traits()
     other = run(

@@ -13,6 +13,7 @@ def many(run, count):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("run", "seeds"),
     [

@@ -124,6 +124,7 @@ def write_tracks(path):
     WriteTracks(Tracks(tuple(people)), path, "ucy")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("python"))
 def test_the_python_of_a_page_runs(page):
     """All blocks in one go, as someone who reads the page types them."""
@@ -138,6 +139,7 @@ def test_the_python_of_a_page_runs(page):
             function(*(0 for _ in marks))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("yaml"))
 def test_the_yaml_of_a_page_is_a_scenario_or_a_suite(page, tmp_path):
     work = tmp_path / "mine"

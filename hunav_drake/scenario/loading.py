@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 import dataclasses as dc
+from functools import cache
 import os
 from pathlib import Path
 from typing import Any
@@ -128,6 +129,11 @@ def LoadScenario(
 
 def ListScenarios() -> dict[str, str]:
     """Returns the names of the shipped scenarios with their descriptions."""
+    return dict(_descriptions())
+
+
+@cache
+def _descriptions() -> dict[str, str]:
     result = {}
     for name in shipped_names():
         document = parse_yaml(shipped_text(name), name=f"{name}.yaml")

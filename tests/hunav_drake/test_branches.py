@@ -85,6 +85,7 @@ def scenarios_and_planners():
     yield from FAST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "planner"), [*scenarios_and_planners()])
 def test_nothing_changes_nothing(name, planner):
     """A state in a diagram whose people may leave goes on bit for bit."""
@@ -135,6 +136,7 @@ def test_a_physical_robot_goes_on_alike_and_stands():
             )
 
 
+@pytest.mark.slow
 def test_the_trial_itself_is_not_changed():
     scenario = crossing()
     diagram, context = at(scenario, 3.0)
@@ -156,6 +158,7 @@ def test_the_trial_itself_is_not_changed():
     assert made[0].metrics.equals(made[1].metrics)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("instant", [0.0, 2.0])
 def test_who_is_far_away_is_not_missed(instant):
     """A placebo: for the others, all stays the same, bit for bit."""
@@ -270,6 +273,7 @@ def test_a_held_command_follows_a_planner_of_any_perception(sees):
     assert speeds[0] > 0.1
 
 
+@pytest.mark.slow
 def test_results_are_of_the_time_from_the_instant_to_the_end():
     scenario = crossing()
     diagram, context = at(scenario, 4.0)
@@ -359,6 +363,7 @@ def test_arrivals_are_exact_within_a_step():
     assert found[0] == pytest.approx(found[1], abs=0.05)
 
 
+@pytest.mark.slow
 def test_later_goals_and_who_never_arrives():
     people = [
         {"name": "ana", "pose": [0, 0, 0], "goals": [[2, 0], [4, 0]]},
@@ -383,6 +388,7 @@ def test_later_goals_and_who_never_arrives():
     assert made.totals.loc[SAME, "people"] == 1
 
 
+@pytest.mark.slow
 def test_the_order_of_people_does_not_matter():
     people = [*PAIR, walker("eva", -6, 0.5, 6)]
     branches = {"no eva": WithoutPerson("eva"), "stands": RobotStands()}
@@ -398,6 +404,7 @@ def test_the_order_of_people_does_not_matter():
     np.testing.assert_allclose(tables[0], tables[1], atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("y", "low", "high"), [(0.0, 1000.0, np.inf), (0.3, 0.01, 100.0)]
 )
@@ -440,6 +447,7 @@ def test_a_robot_that_nobody_meets_moves_nobody():
     assert np.isnan(made.growth)
 
 
+@pytest.mark.slow
 def test_differences_grow_of_the_robot_that_is_asked_for():
     scenario = LoadScenario(filename="three_robots")
     fork = at(scenario, 1.0)
@@ -457,6 +465,7 @@ def test_differences_grow_of_the_robot_that_is_asked_for():
     assert grown[0] < 0.01 < grown[1]
 
 
+@pytest.mark.slow
 def test_other_settings_and_files(tmp_path):
     scenario = crossing()
     diagram, context = at(scenario, 3.0)
@@ -516,6 +525,7 @@ def test_one_of_several_robots_and_people_of_sources():
     assert np.isnan(without.humans[:, k, X]).all()
 
 
+@pytest.mark.slow
 def test_the_only_robot_that_is_left_ends_alone(tmp_path):
     scenario = LoadScenario(filename="fleet")
     keep = [it.name for it in scenario.robots][:2]
@@ -543,6 +553,7 @@ def test_the_only_robot_that_is_left_ends_alone(tmp_path):
     assert "\N{SUPERSCRIPT SIX}" not in page
 
 
+@pytest.mark.slow
 def test_who_sits_and_talks_goes_on_without_one():
     scenario = LoadScenario(filename="museum")
     diagram, context = at(scenario, 6.0)

@@ -73,6 +73,7 @@ def check(seed):
     return one > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [11, 22])
 def test_first_contacts_are_the_same_with_bodies_kept_apart(seed):
     check(seed)
@@ -84,6 +85,7 @@ def test_first_contacts_of_many_trials_are_the_same():
     assert np.count_nonzero(met) >= 10
 
 
+@pytest.mark.slow
 def test_counts_do_not_depend_on_when_samples_are_taken():
     names = ["contacts_by_robot", "contacts_by_person"]
     results = [

@@ -139,6 +139,7 @@ def write_damaged(draw, whole, arrays, path):
     np.savez(path, **changed)
 
 
+@pytest.mark.slow
 def test_any_damage_is_refused_or_does_no_harm(
     diagram, whole, arrays, tmp_path
 ):

@@ -47,6 +47,7 @@ def saved(scenario, time, path):
     return SaveContext(diagram, simulator.get_context(), path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cafe", "combined", "reaction_scared"])
 def test_a_trial_goes_on_from_a_file(name, tmp_path):
     scenario = LoadScenario(filename=name)

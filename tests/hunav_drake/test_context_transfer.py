@@ -41,6 +41,7 @@ def ports(diagram, context):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [
@@ -65,6 +66,7 @@ def test_another_diagram_of_the_scenario_goes_on_alike(name, overrides):
     )
 
 
+@pytest.mark.slow
 def test_another_planner_begins_at_the_same_instant():
     mine = scenario("cafe", "planner=dwb")
     diagram = MakeTrialDiagram(mine)

@@ -85,6 +85,7 @@ def least_gaps(recording):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "robots", [(ANNA, BOB), (ANNA, CLEO), (BOB, ANNA, CLEO)]
 )
@@ -103,6 +104,7 @@ def test_their_order_does_not_matter(robots):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["differential_drive", "pmb2"])
 def test_a_list_of_one_robot_is_the_short_form(kind):
     robot = f"robot: {{type: {kind}, start: [-4, 0, 0], goal: [4, 0, 0]}}"
@@ -144,6 +146,7 @@ def test_kinematic_robots_never_overlap(own_planners, seed):
     assert result.metrics["contacts_between_robots"] > 0
 
 
+@pytest.mark.slow
 def test_physical_robots_are_bodies_for_each_other_and_for_kinematic_ones():
     stands = "\n- name: post\n  robot: {start: [1, 0, 0]}"
     drives = (
@@ -184,6 +187,7 @@ def test_forks_and_files_go_on_bit_for_bit(tmp_path, instants):
     check_forks(fleet(ANNA, mppi, CLEO, duration=11), instants, tmp_path)
 
 
+@pytest.mark.slow
 def test_a_fork_goes_on_bit_for_bit(tmp_path):
     check_forks(fleet(ANNA, BOB, CLEO, duration=3), 2, tmp_path)
 
@@ -209,6 +213,7 @@ def check_forks(scenario, instants, folder):
         )
 
 
+@pytest.mark.slow
 def test_another_planner_of_one_robot_takes_over():
     diagram = MakeTrialDiagram(fleet(ANNA, BOB))
     other = MakeTrialDiagram(fleet(ANNA, BOB.replace("orca", "sfm")))
@@ -230,6 +235,7 @@ def test_another_planner_of_one_robot_takes_over():
         TransferContext(other, fork, cleo)
 
 
+@pytest.mark.slow
 def test_a_seed_set_later_is_that_of_a_new_diagram():
     scenario = fleet(*(ANNA, BOB, CLEO), more="", people=PEOPLE, duration=3)
     scenario.simulation.start_jitter = 0.2
@@ -247,6 +253,7 @@ def test_a_seed_set_later_is_that_of_a_new_diagram():
     assert not np.array_equal(first.humans[0], second.humans[0])
 
 
+@pytest.mark.slow
 def test_each_robot_ends_for_itself_and_the_trial_with_the_last():
     near = ANNA.replace("[4, 0.3, 0]", "[-2.5, 0, 0]")
     result = RunTrial(fleet(near, BOB, duration=40))
@@ -278,6 +285,7 @@ def test_each_robot_ends_for_itself_and_the_trial_with_the_last():
     assert alone["anna.completed"] == 1
 
 
+@pytest.mark.slow
 def test_a_planner_that_fails_stops_its_robot_alone(own_planners):
     @register_plan("breaks")
     def breaks(task, view, memory):

@@ -36,6 +36,7 @@ def run(request):
     return trial, RunTrial(trial)
 
 
+@pytest.mark.slow
 def test_people_do_what_the_place_is_for(run):
     trial, result = run
     shown = result.recording.social_signals
@@ -78,6 +79,7 @@ def test_the_lecture_begins_seated_and_ends_empty():
     assert (recording.humans[-1, :, 1] > 10.4).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLACES)
 def test_a_fork_goes_on_bit_for_bit(name, tmp_path):
     diagram = MakeTrialDiagram(LoadScenario(filename=name))

@@ -59,6 +59,7 @@ def sample(scenario, number):
     return seeds, [it.output for it in results], recordings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hall", "jittered"])
 def test_monte_carlo_simulation_draws_trials(name, request):
     scenario = request.getfixturevalue(name)

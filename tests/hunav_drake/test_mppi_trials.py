@@ -26,6 +26,7 @@ def jitter(values, samples=5):
     return float(np.std(values[half:-half] - mean))
 
 
+@pytest.mark.slow
 def test_a_fork_in_the_middle_goes_on_alike():
     """Between people, where controls and noise matter."""
     diagram = MakeTrialDiagram(mppi_in("crossing"))

@@ -61,6 +61,7 @@ def test_files_of_cells_are_in_their_folder(name, tmp_path):
             assert is_file_name(replay_path(tmp_path, cell, 0).name)
 
 
+@pytest.mark.slow
 def test_results_of_any_names_are_in_their_folder(tmp_path):
     """Of trials in memory, whose names nobody has checked."""
     out = tmp_path / "out"

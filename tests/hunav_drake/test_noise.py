@@ -89,6 +89,7 @@ def run(diagram, *, context=None, end=2.0, names=OUTPUTS):
     return np.array(found), own
 
 
+@pytest.mark.slow
 def test_a_trial_with_errors_continues_bit_for_bit(tmp_path):
     """A clone, a saved and loaded Context, and whatever another one does."""
     diagram = MakeTrialDiagram(noisy())
@@ -107,6 +108,7 @@ def test_a_trial_with_errors_continues_bit_for_bit(tmp_path):
         np.testing.assert_array_equal(rest, expected[11:])
 
 
+@pytest.mark.slow
 def test_a_seed_can_be_set_and_others_differ():
     diagram = MakeTrialDiagram(noisy())
     first, context = run(diagram)
@@ -257,6 +259,7 @@ def test_each_of_several_robots_has_errors_of_its_own():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", fast(NAMES, "sfm"))
 def test_every_planner_drives_with_errors_and_delays(name):
     for lidar in (False, True):
@@ -358,6 +361,7 @@ def test_absent_people_are_not_detected():
     assert 0 < len(gone) < people.shape[0] * 5
 
 
+@pytest.mark.slow
 def test_a_physical_robot_drives_with_errors_and_delays():
     scenario = dataclasses.replace(
         noisy("robot.type=pmb2", "simulation.duration=2.0"), name="physical"

@@ -62,6 +62,7 @@ def trial():
     return diagram, rows_of(diagram)
 
 
+@pytest.mark.slow
 def test_there_is_noise_and_a_contact(trial):
     _, rows = trial
     exact = MakeTrialDiagram(collision(noise=0.0))
@@ -74,6 +75,7 @@ def test_there_is_noise_and_a_contact(trial):
     assert np.isfinite(rows).all()
 
 
+@pytest.mark.slow
 def test_clones_go_on_alike_at_twenty_instants(trial):
     diagram, expected = trial
     rng = np.random.default_rng(5)

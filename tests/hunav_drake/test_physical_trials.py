@@ -68,6 +68,7 @@ def straight():
     return diagram, np.array(rows)
 
 
+@pytest.mark.slow
 def test_the_plant_is_part_of_the_trial(straight):
     diagram, _ = straight
     plant = diagram.GetSubsystemByName("plant")
@@ -97,6 +98,7 @@ def test_there_is_a_contact_to_speak_of(straight):
     assert np.isfinite(rows).all()
 
 
+@pytest.mark.slow
 def test_clones_go_on_as_the_whole_from_any_instant(straight):
     diagram, expected = straight
     rng = np.random.default_rng(3)
@@ -140,6 +142,7 @@ def test_another_process_gives_the_same_bits():
     assert result.stdout.strip() == digest()
 
 
+@pytest.mark.slow
 def test_bodies_start_where_a_seed_puts_people():
     scenario = collision_course(start_jitter=0.3, seed=5)
     diagram = MakeTrialDiagram(scenario)
@@ -175,6 +178,7 @@ def result():
     return RunTrial(collision_course())
 
 
+@pytest.mark.slow
 def test_contacts_are_recorded_and_measured(result):
     recording, metrics = result.recording, result.metrics
     assert recording.contact_forces_known
@@ -218,6 +222,7 @@ def test_recordings_without_contacts_are_read(result, tmp_path):
     assert np.isnan(compute_metrics(old, ["contacts"])).all()
 
 
+@pytest.mark.slow
 def test_crowds_give_way_by_the_robot_of_the_trial():
     text = "robot: {type: pmb2}\nhumans: [{pose: [3, 0, 0]}]\n"
     assert LoadScenario(data=text).crowd.robots_stop is None
@@ -256,6 +261,7 @@ def test_people_of_cohorts_who_leave_for_good_are_refused_too():
     LoadScenario(data=text.replace(", sinks: {out: 1}", ""))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*robot.radius")
 def test_any_number_of_walls_stands_on_the_floor():
     """Half spaces crash Drake beside some 50 boxes."""

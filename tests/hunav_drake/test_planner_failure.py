@@ -270,6 +270,7 @@ def test_the_command_runs_a_class_by_its_place(hunav, in_folder):
     assert "has no attribute 'Yours'" in err
 
 
+@pytest.mark.slow
 def test_the_command_tells_a_broken_planner_in_a_line(hunav, in_folder):
     folder = in_folder("mine_broken", -7)
     arguments = ("run", "passing", "--planner", "mine_broken:Mine", "--quiet")

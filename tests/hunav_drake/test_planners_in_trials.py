@@ -64,6 +64,7 @@ def test_reaches_the_goal_in_buildings(name, planner):
     assert gaps.min() > 0.27
 
 
+@pytest.mark.slow
 def test_sfw_does_not_stay_between_walls():
     """Their forces are weakest there, and would hold it forever."""
     scenario = LoadScenario(
@@ -84,6 +85,7 @@ def test_sfw_does_not_stay_between_walls():
     assert held.end_reason == "stuck"
 
 
+@pytest.mark.slow
 def test_scl_keeps_farther_from_people_than_dwb():
     """From those who leave it to the robot."""
     nearest = []
@@ -114,6 +116,7 @@ def test_a_trial_tells_why_its_planner_gave_up():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_a_fork_amid_people_has_the_same_future(planner):
     """Also in the middle of a plan, a map or a turn: bit for bit."""

@@ -36,6 +36,7 @@ def test_with_nobody_there_is_no_difference():
     assert found.costs == {}
 
 
+@pytest.mark.slow
 def test_a_robot_far_away_does_not_matter_to_people():
     people = [walker("ana", 5, 200, -6), walker("luis", 6, 201, -6)]
     found = compared(stage(people))
@@ -43,6 +44,7 @@ def test_a_robot_far_away_does_not_matter_to_people():
     assert found.texts() == []
 
 
+@pytest.mark.slow
 def test_a_robot_in_the_way_costs_time():
     found = compared(
         stage(PAIR, robot={"start": [-3, 0, 0], "goal": [6, 0, 0]})
@@ -79,6 +81,7 @@ def future(robot, person, goal=(10.0, 0.0)):
     )
 
 
+@pytest.mark.slow
 def test_of_several_robots_the_one_that_it_is_about_is_named():
     scenario = LoadScenario(
         data="robots:"
@@ -126,6 +129,7 @@ def test_who_does_not_arrive_does_not_count():
     assert math.isnan(metric(nowhere, alone))
 
 
+@pytest.mark.slow
 def test_own_metrics_are_computed_too(monkeypatch):
     monkeypatch.setattr(
         "hunav_drake.trial.branches.relative.PAIRED_METRICS",

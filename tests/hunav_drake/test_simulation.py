@@ -389,6 +389,7 @@ scenario: {humans: [{pose: [5, 5, 0], behavior: mine.xml}],
     assert hashes[0] == hashes[1] != hashes[2]
 
 
+@pytest.mark.slow
 def test_a_scenario_says_what_part_of_a_trial_is_recorded(passing):
     scenario = change(passing, evaluator={"timeout": 5.0})
     result = RunTrial(scenario)
@@ -452,6 +453,7 @@ def test_a_recording_begun_by_a_trigger_is_for_a_diagram(passing):
     assert result.recording.times[0] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sees", ["lidar", "detector"])
 def test_the_order_of_people_does_not_matter_to_sensors(sees):
     """Legs and errors of detections follow people's numbers."""

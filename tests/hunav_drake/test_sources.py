@@ -111,6 +111,7 @@ def test_people_leave_in_the_sink_only(diagram):
         before = rows
 
 
+@pytest.mark.slow
 def test_who_comes_again_begins_anew(diagram):
     """Everybody's second visit ends at the sink as well."""
     trial = make(
@@ -123,6 +124,7 @@ def test_who_comes_again_begins_anew(diagram):
     assert counts_of(trial, context).departures["east"] > 3
 
 
+@pytest.mark.slow
 def test_those_outside_are_not_there_for_anybody(scenario, diagram):
     """Bit for bit, the others do as if they were alone in the world."""
     still = ("population.sources[0].rate=0", "population.sources[1].rate=0")
@@ -176,6 +178,7 @@ def test_metrics_are_of_those_who_are_there(result):
     assert result.metrics["max_dist_to_people"] < 13
 
 
+@pytest.mark.slow
 def test_a_trial_repeats_and_seeds_differ(scenario, diagram, result):
     again = RunTrial(scenario)
     assert again.recording == result.recording
@@ -184,6 +187,7 @@ def test_a_trial_repeats_and_seeds_differ(scenario, diagram, result):
     assert RunTrial(scenario, 0, diagram=diagram).recording == result.recording
 
 
+@pytest.mark.slow
 def test_a_clone_goes_on_alike_and_alone(scenario, diagram, result):
     simulator = MakeTrialSimulator(diagram)
     simulator.AdvanceTo(11.0)
@@ -199,6 +203,7 @@ def test_a_clone_goes_on_alike_and_alone(scenario, diagram, result):
         assert got.recording == result.recording
 
 
+@pytest.mark.slow
 def test_a_trial_goes_on_from_a_file(scenario, result, tmp_path):
     first = MakeTrialDiagram(scenario)
     simulator = MakeTrialSimulator(first)
@@ -235,6 +240,7 @@ def test_figures_of_those_outside_are_out_of_sight(diagram):
                 np.testing.assert_allclose(place[:2], row[:2])
 
 
+@pytest.mark.slow
 def test_those_who_come_wait_while_all_are_here():
     """Slow people keep their source empty."""
     trial = make(
@@ -257,6 +263,7 @@ def test_those_who_come_wait_while_all_are_here():
     assert waited > 0
 
 
+@pytest.mark.slow
 def test_those_who_come_wait_while_the_door_is_blocked():
     trial = make(
         "robot.goal=null",
@@ -321,12 +328,14 @@ def test_a_scenario_is_written_as_it_was(scenario):
     assert LoadScenario(data=text) == scenario
 
 
+@pytest.mark.slow
 def test_the_hunavsim_profile_lets_people_leave_too():
     trial = make("crowd={profile: hunavsim}", "robot.goal=null")
     *_, context = steps(trial, 20.0)
     assert counts_of(trial, context).departures["east"] > 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["orca", "collision_free_speed"])
 def test_people_come_and_go_with_every_kind_of_model(model):
     trial = make(f"crowd={{model: {model}}}", "robot.goal=null")
@@ -334,6 +343,7 @@ def test_people_come_and_go_with_every_kind_of_model(model):
     assert counts_of(trial, context).departures["east"] > 2
 
 
+@pytest.mark.slow
 def test_one_system_of_trees_does_the_same(scenario, result):
     """As do systems of their own."""
     fewer = station(
@@ -429,6 +439,7 @@ def test_faults_name_place_rule_value_and_remedy(setting, fault):
     assert fault in str(error.faults[0])
 
 
+@pytest.mark.slow
 def test_samples_are_so_close_that_nobody_comes_back_between_two():
     often = LoadScenario(data=STATION, overrides=["evaluator.period=1.0"])
     people = RunTrial(often).recording.humans[..., :2]
@@ -447,6 +458,7 @@ def test_a_name_that_somebody_has_is_refused():
     assert "'west_2' is humans[0] ('west_2'); rename one" in found.message
 
 
+@pytest.mark.slow
 def test_listed_people_come_before_those_of_sources():
     text = STATION + "humans: [{name: ana, pose: [6, 0, 0]}]\n"
     scenario = LoadScenario(data=text)

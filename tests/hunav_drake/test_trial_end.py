@@ -191,6 +191,7 @@ def stopped(tmp_path_factory):
     return result, folder
 
 
+@pytest.mark.slow
 def test_a_trial_says_it_in_result_file_and_report(stopped):
     result, folder = stopped
     assert result.end_reason == "timeout"

@@ -142,6 +142,7 @@ def test_the_sensors_of_a_trial_have_outputs_by_their_names():
             assert output(name + image).data.shape[:2] == (48, width)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["turtle.urdf", "stages.urdf", "car"])
 def test_a_camera_is_on_the_pose_of_a_physical_robot(model, tmp_path):
     """Whatever the first body of its model is, and how high its base."""

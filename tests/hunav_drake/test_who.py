@@ -72,6 +72,7 @@ def test_columns_add_up_in_a_trial():
     np.testing.assert_allclose(drawn.sum(), table.sum(), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_person_may_be_called_robot():
     tables = []
     for name in ("ana", "robot"):
@@ -84,6 +85,7 @@ def test_a_person_may_be_called_robot():
     np.testing.assert_equal(tables[1], tables[0])
 
 
+@pytest.mark.slow
 def test_the_robot_in_the_way_delays_whom_it_meets():
     """And nobody else, who is far from it."""
     people = [walker("ana", 5, 0.4, -6), walker("far", 5, 40, -6)]
@@ -97,6 +99,7 @@ def test_the_robot_in_the_way_delays_whom_it_meets():
     assert table.loc["ana", "far"] == 0.0
 
 
+@pytest.mark.slow
 def test_who_does_not_arrive_has_no_value():
     scenario = stage([*PAIR, walker("long", 0, 9, 90)])
     diagram, context = at(scenario, 0.0)
@@ -105,6 +108,7 @@ def test_who_does_not_arrive_has_no_value():
     assert table.loc["robot"].drop("long").notna().all()
 
 
+@pytest.mark.slow
 def test_mistakes_are_told():
     scenario = LoadScenario(filename="crossing")
     diagram, context = at(scenario, 0.0)

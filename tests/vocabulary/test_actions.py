@@ -371,6 +371,7 @@ def test_a_reaction_that_is_not_used_uses_no_time(condition):
     assert len(stands) + len(walks) == round(5.0 / DT)
 
 
+@pytest.mark.slow
 def test_22_a_person_keeps_away_from_a_robot():
     node = "<AvoidRobot/>"
     stage = Stage(

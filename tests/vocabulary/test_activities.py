@@ -119,6 +119,7 @@ def test_who_waits_sits_down_later_and_again():
     assert np.diff(begins).min() > 9.0
 
 
+@pytest.mark.slow
 def test_a_guide_leads_a_group_from_goal_to_goal():
     guide = {
         "pose": [-2, 0, 0],
@@ -143,6 +144,7 @@ def test_a_guide_leads_a_group_from_goal_to_goal():
     assert np.hypot(*(states[:, :2] - [5, 0]).T).max() < 2.0
 
 
+@pytest.mark.slow
 def test_cohorts_have_activities_by_share():
     cohort = {
         "number": 6,

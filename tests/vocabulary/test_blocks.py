@@ -45,6 +45,7 @@ def test_each_block_is_tried():
     assert [it.stem for it in BLOCKS] == [*USES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", USES)
 def test_a_block_does_what_it_is_for_and_then_people_walk_on(name):
     tree, ports, node = USES[name]

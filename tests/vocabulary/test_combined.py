@@ -78,6 +78,7 @@ def test_who_has_not_come_yet_cannot_be_met(node):
     assert stage.statuses(0)["it"] == F
 
 
+@pytest.mark.slow
 def test_people_who_come_draw_by_the_seed_of_the_trial():
     chance = (
         '<ForceFailure><RandomChanceCondition probability="0.5"/>'
@@ -458,6 +459,7 @@ def meeting(separate):
     )
 
 
+@pytest.mark.slow
 def test_separate_trees_and_one_system_do_the_same_also_after_a_fork():
     ends = []
     for separate in (True, False):

@@ -77,6 +77,7 @@ def signals_of(diagram, context):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("separate", [True, False])
 def test_02_forks_and_files_go_on_bit_for_bit(separate, tmp_path):
     given = scenario(crowd={"separate_trees": separate})
@@ -116,6 +117,7 @@ def test_02_a_transferred_context_goes_on_bit_for_bit():
     np.testing.assert_array_equal(ends_of(again, back, 9.0), expected)
 
 
+@pytest.mark.slow
 def test_the_seed_of_the_trial_is_that_of_what_people_do_by_chance():
     diagram = MakeTrialDiagram(scenario())
     ends = []

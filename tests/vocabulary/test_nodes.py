@@ -85,6 +85,7 @@ def test_01_a_node_loads_and_its_model_has_its_ports(name, all_ports):
     assert (model.tag == "Condition") == is_condition
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NODES)
 @pytest.mark.parametrize("all_ports", [False, True])
 def test_01_a_node_runs_a_minute_and_forgets_when_it_is_halted(name, all_ports):

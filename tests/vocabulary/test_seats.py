@@ -151,6 +151,7 @@ def test_who_walks_by_makes_way_for_who_sits():
     assert stage.states[1, 1] > 3.5
 
 
+@pytest.mark.slow
 def test_sitting_goes_on_in_a_fork_bit_for_bit(tmp_path):
     people = [
         {"pose": [2, 1, 0], "behavior": tree(f"<RunOnce>{SIT}</RunOnce>")},
@@ -519,6 +520,7 @@ def test_who_queues_at_a_seat_is_served_beside_it():
     assert math.dist(stage.states[0, :2], (-3, 3)) < 0.5
 
 
+@pytest.mark.slow
 def test_who_sits_presses_slowly_against_who_stands_in_the_way_out():
     """Bystanders without goals do not move by themselves."""
     states = np.zeros((2, 6))

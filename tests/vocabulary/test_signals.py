@@ -29,6 +29,7 @@ def listener(node, **more):
     return someone(0, 0, nodes=node, **more)
 
 
+@pytest.mark.slow
 def test_03_one_system_for_all_gives_the_same_bits():
     generator = np.random.default_rng(0)
     nodes = (

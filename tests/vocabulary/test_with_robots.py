@@ -105,6 +105,7 @@ def test_29_a_person_stops_once_for_each_time_that_a_robot_passes():
     assert stops[2] - stops[0] > 4 / 0.5 / DT
 
 
+@pytest.mark.slow
 def test_a_share_of_goals_is_drawn_anew():
     """0.3 of the chances, among all other places alike."""
     places = [Place(name=f"p{i}", pose=(3.0 * i, 2.0, 0)) for i in range(4)]

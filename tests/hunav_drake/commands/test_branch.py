@@ -51,6 +51,7 @@ def test_branch_writes_all_files(hunav, tmp_path):
     assert f"{told} {signed(round(worst['difference'], 3), 's')} s." in page
 
 
+@pytest.mark.slow
 def test_branch_goes_on_from_a_file(hunav, tmp_path):
     diagram = MakeTrialDiagram(LoadScenario(filename="crossing"))
     simulator = MakeTrialSimulator(diagram)
@@ -66,6 +67,7 @@ def test_branch_goes_on_from_a_file(hunav, tmp_path):
     assert "robot stands" in outs[0][1]
 
 
+@pytest.mark.slow
 def test_branch_tells_how_small_differences_grow(hunav):
     command = ("branch", "passing", "--at", "2", "--until", "6")
     outs = [hunav(*command, *more) for more in ((), ("--growth",))]
@@ -79,6 +81,7 @@ def test_branch_tells_how_small_differences_grow(hunav):
     )
 
 
+@pytest.mark.slow
 def test_who_prints_the_matrix(hunav, tmp_path):
     code, out, err = hunav(
         *("who", "passing", "--until", "20", "--out", tmp_path)
@@ -134,6 +137,7 @@ def test_words_are_checked(hunav, words, told, capsys):
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_nobody_is_there(hunav, tmp_path):
     code, out, _ = hunav(
         *("branch", "free_run", "--at", "1", "--until", "4"),

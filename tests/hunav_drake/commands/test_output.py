@@ -56,6 +56,7 @@ def test_a_choice_of_few_metrics_is_shown_whole(hunav):
     assert "--all" not in out
 
 
+@pytest.mark.slow
 def test_a_program_reads_json(hunav, tmp_path):
     _, out, _ = hunav("run", "passing", *SHORT, "--json", "--out", tmp_path)
     data = json.loads(out)
@@ -89,6 +90,7 @@ def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
         assert b"Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_seed_and_repeat_are_told_apart(hunav, tmp_path):
     for _ in range(2):
         hunav(
@@ -132,6 +134,7 @@ def test_compiling_is_measured_apart_and_counted():
     assert -1 not in told
 
 
+@pytest.mark.slow
 def test_who_waits_for_kernels_is_told_so():
     code = (
         "import numba\n"

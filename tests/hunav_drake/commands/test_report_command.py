@@ -39,6 +39,7 @@ def runs_folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_suite_writes_its_tables(suite_folder):
     """`report.html` is added by `hunav bench`, `hunav report`, WriteSuite."""
     assert {it.name for it in suite_folder.iterdir()} == {
@@ -83,6 +84,7 @@ def test_figures_and_tables_of_a_suite(suite_folder, tmp_path, capsys):
     assert len(list(figures.glob("crossing_path_length_*.pdf"))) == 3
 
 
+@pytest.mark.slow
 def test_tables_of_single_runs(runs_folder, tmp_path, capsys):
     latex = tmp_path / "mine.tex"
     assert cli.main(["report", str(runs_folder), "--latex", str(latex)]) == 0
@@ -161,6 +163,7 @@ def test_a_folder_without_runs_is_told_by_what_it_has(
     assert not (tmp_path / "report.html").exists()
 
 
+@pytest.mark.slow
 def test_branches_and_a_file(runs_folder, capsys):
     """What `hunav branch` writes beside its runs does not hide them."""
     (runs_folder / "branches.csv").write_text("")
@@ -209,6 +212,7 @@ def test_a_damaged_line_of_the_log_of_single_runs_is_told(runs_folder, capsys):
     assert "bug" not in told
 
 
+@pytest.mark.slow
 def test_single_runs_in_the_folder_of_a_suite_are_told(
     suite_folder, tmp_path, capsys
 ):
@@ -227,6 +231,7 @@ def test_single_runs_in_the_folder_of_a_suite_are_told(
     assert not err
 
 
+@pytest.mark.slow
 def test_the_page_of_a_suite_is_named_after_its_folder(
     suite_folder, tmp_path, monkeypatch
 ):
@@ -237,6 +242,7 @@ def test_the_page_of_a_suite_is_named_after_its_folder(
     assert "<title>Benchmark moved<" in (folder / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_duplicates_count_once_in_tables_and_figures(tmp_path, capsys):
     for _ in range(3):
         WriteResult(make_result(seed=0), tmp_path)

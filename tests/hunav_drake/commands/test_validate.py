@@ -10,6 +10,7 @@ from hunav_drake.validation.cases import CASES
 QUICK = ("validate", "--quick", "--case", "corridor_time", "stairs", "head_on")
 
 
+@pytest.mark.slow
 def test_the_table_tells_what_is_expected_and_measured(hunav):
     code, out, err = hunav(*QUICK, "--model", "orca", "social_force")
     assert (code, err) == (0, "")
@@ -24,6 +25,7 @@ def test_the_table_tells_what_is_expected_and_measured(hunav):
     ]
 
 
+@pytest.mark.slow
 def test_all_models_are_tested_by_default(hunav):
     _, out, _ = hunav("validate", "--quick", "--case", "corridor_time")
     for model in MOTION_MODELS:
@@ -48,6 +50,7 @@ def test_the_same_command_finds_the_same(hunav):
     assert hunav(*command) == hunav(*command)
 
 
+@pytest.mark.slow
 def test_a_page_and_tables_are_written(hunav, tmp_path):
     out = tmp_path / "new" / "folder"
     cases = ("--case", "kept_speed", "lanes", "smoke")
@@ -79,6 +82,7 @@ def test_a_page_and_tables_are_written(hunav, tmp_path):
     assert sum(row["quantity"] == "x" for row in numbers) == 24
 
 
+@pytest.mark.slow
 def test_markdown_is_written_with_its_pictures(hunav, tmp_path):
     page = tmp_path / "found.md"
     cases = ("--case", "corridor_time", "lanes")

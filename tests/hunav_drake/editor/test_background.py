@@ -44,6 +44,7 @@ def view():
     return View(EditSession("# mine\n"))
 
 
+@pytest.mark.slow
 def test_a_map_lies_in_its_place(view, files):
     answer, told = view.ask("background", name="cafe", files=files)
     assert answer["kind"] == "background"

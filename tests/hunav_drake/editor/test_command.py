@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip("tornado", reason="the extra `editor` is not here")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not Path("/proc/self/maps").exists(), reason="there is no /proc"
 )

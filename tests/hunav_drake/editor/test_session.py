@@ -97,6 +97,7 @@ def kinds(messages):
     return [it["kind"] for it in messages]
 
 
+@pytest.mark.slow
 def test_a_session_needs_no_drake_and_no_compiler():
     code = (
         "import sys\n"
@@ -482,6 +483,7 @@ MESSAGES = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(MESSAGES, max_size=6))
 def test_every_message_is_answered_and_errors_change_nothing(messages):
     session = EditSession(TEXT)
@@ -531,6 +533,7 @@ def _big():
     return "\n".join(lines) + "\n"
 
 
+@pytest.mark.slow
 def test_large_scenarios_are_checked_at_once():
     """Times are those of the process, whoever else works beside."""
     view = View(EditSession(_big()))

@@ -120,6 +120,7 @@ def test_modules_come_after_those_that_they_import():
     assert "page.js" not in seen
 
 
+@pytest.mark.slow
 def test_without_anywidget_the_remedy_is_told():
     code = (
         "import sys\n"

@@ -118,6 +118,7 @@ def check_bag(scenario, path):
     return Counter(topic for topic, _, _ in written)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", fast(ListScenarios(), "passing"))
 def test_two_libraries_read_each_message(name, tmp_path):
     scenario = LoadScenario(filename=name, overrides=["simulation.duration=8"])
@@ -125,6 +126,7 @@ def test_two_libraries_read_each_message(name, tmp_path):
     assert topics["/human_states"] == topics["/people"] == topics["/clock"]
 
 
+@pytest.mark.slow
 def test_a_bag_has_all_topics_of_a_trial(bag):
     with AnyReader([bag.parent]) as reader:
         types = {it.topic: it.msgtype for it in reader.connections}
@@ -153,6 +155,7 @@ def test_a_bag_has_all_topics_of_a_trial(bag):
     assert counts["/map"] == counts["/tf_static"] == counts["/goal_pose"] == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".mcap", ".db3"])
 def test_a_recording_comes_back(crossing, tmp_path, suffix):
     _, result = crossing
@@ -177,6 +180,7 @@ def test_a_recording_comes_back(crossing, tmp_path, suffix):
             assert getattr(read, name) == getattr(told, name)
 
 
+@pytest.mark.slow
 def test_a_folder_of_a_bag_can_be_shown(bag):
     trial = LoadRecordedTrial(bag.parent)
     assert trial.recording == ReadBag(bag)
@@ -199,6 +203,7 @@ def test_walls_come_back_as_the_cells_of_the_map(crossing, bag):
         assert distances[0] == pytest.approx(distances[1], abs=0.06)
 
 
+@pytest.mark.slow
 def test_several_robots_come_back(tmp_path):
     scenario = LoadScenario(
         filename="elevator_lobby", overrides=["simulation.duration=5"]
@@ -213,6 +218,7 @@ def test_several_robots_come_back(tmp_path):
         assert one.goal == pytest.approx(two.goal)
 
 
+@pytest.mark.slow
 def test_goals_count_as_in_the_trial(crossing, tmp_path):
     told = crossing[1].recording
     x, y = told.robot[-1, :2].tolist()
@@ -262,6 +268,7 @@ def test_repeated_samples_come_back(tmp_path, again):
     np.testing.assert_array_equal(read.robot, told.robot)
 
 
+@pytest.mark.slow
 def test_people_who_are_not_there_are_not_in_it(tmp_path):
     scenario = LoadScenario(
         filename="station", overrides=["simulation.duration=12"]
@@ -360,6 +367,7 @@ def test_a_damaged_bag_is_told_in_one_line(
         assert "bug" not in told
 
 
+@pytest.mark.slow
 def test_random_damages_are_told(bag, tmp_path):
     rng = np.random.default_rng(5)
     data = bag.read_bytes()
@@ -562,6 +570,7 @@ def faulty(tmp_path, *parts):
 JOIN = [(100.0, [joined(100.0)])]
 
 
+@pytest.mark.slow
 def test_what_a_bag_must_have(tmp_path):
     for number, (parts, words) in enumerate(
         [
@@ -806,6 +815,7 @@ def set_pose(value):
     return change
 
 
+@pytest.mark.slow
 def test_numbers_out_of_range_are_told_with_their_message(tmp_path):
     parts = [told_people(), odometry()]
     at = "the message of topic"
@@ -866,6 +876,7 @@ def test_transforms_that_come_seldom_are_told(tmp_path):
     assert "no transforms of the frame 'odom' for up to 3 s" in lacks_of(path)
 
 
+@pytest.mark.slow
 def test_what_is_left_out_of_messages_is_told(tmp_path):
     doubled = [*told_people(30), *told_people(30)]
     nameless = told_people(names=("ana", ""))
@@ -929,6 +940,7 @@ def test_messages_that_lack_a_field_are_told(tmp_path):
 # What cannot be written.
 
 
+@pytest.mark.slow
 def test_a_scan_has_the_time_at_which_it_was_taken(tmp_path):
     """Of late and slow lidars, too: its points lie on the walls."""
     slow = "{type: lidar, num_rays: 30, period: 0.15, delay: 0.2}"

@@ -268,6 +268,7 @@ def test_without_commands_the_robot_stops(domain):
     assert speeds == [0.4] * held + [0.0] * (len(speeds) - held)
 
 
+@pytest.mark.slow
 def test_what_is_published(domain):
     """Maps and frames are there for those who come late; people have names."""
     scenario = LoadScenario(
@@ -529,6 +530,7 @@ while True:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [True, False])
 def test_another_trial_with_the_same_topics_is_told(domain, runs):
     """Both would get the same commands; one that does not run, none."""
@@ -579,6 +581,7 @@ def test_robots_that_share_topics_are_told(domain):
     assert "have the same topics; give their planners" in result.end_message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("whole", [True, False], ids=["bridge", "run"])
 def test_several_robots_have_their_names_before_topics(domain, whole):
     scenario = LoadScenario(

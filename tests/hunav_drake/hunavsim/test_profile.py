@@ -433,6 +433,7 @@ def test_people_on_one_point_at_one_velocity_lose_their_social_forces():
     assert np.isfinite(forces).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["combined", "reaction_distracted"])
 def test_a_trial_with_the_profile_repeats_and_resumes(name, tmp_path):
     scenario = LoadScenario(

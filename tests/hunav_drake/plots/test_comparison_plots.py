@@ -267,6 +267,7 @@ def test_each_figure_is_a_file_as_wide_as_a_column(tmp_path):
     assert {it: it.read_bytes() for it in paths} == before
 
 
+@pytest.mark.slow
 def test_all_text_of_figures_can_be_read():
     runs = runs_of(**{f"planner_{i}": A + i for i in range(7)})
     for plot in (plot_comparison, plot_differences, plot_distribution):

@@ -40,6 +40,7 @@ def section(text, start, end):
     return text[text.index(start) :].partition(end)[0]
 
 
+@pytest.mark.slow
 def test_settings_of_one_planner_have_columns_of_their_own(tmp_path):
     trials = [
         make_result(seed=seed, setting=f"planner.cruise_speed={v}", speed=v)
@@ -84,6 +85,7 @@ def test_of_many_pairs_and_runs_one_line_each_is_seen_at_first(tmp_path):
     assert not [it for it in summaries if ": " in it or "runs" in it]
 
 
+@pytest.mark.slow
 def test_without_settings_there_is_no_column_of_them(tmp_path):
     text, _ = report([make_result(seed=s) for s in range(2)], tmp_path)
     assert "scenario planner seed outcome" in text
@@ -114,6 +116,7 @@ def test_the_same_run_counts_once(tmp_path):
     assert "Plots" in report([tagged[0], again], tmp_path)[0]
 
 
+@pytest.mark.slow
 def test_runs_that_differ_in_anything_are_no_duplicates(tmp_path):
     trials = [
         make_result(),
@@ -131,6 +134,7 @@ def test_runs_that_differ_in_anything_are_no_duplicates(tmp_path):
     assert "duplicate" not in text
 
 
+@pytest.mark.slow
 def test_different_runs_of_one_seed_are_told_of(tmp_path):
     trials = [
         make_result(seed=seed, planner=planner)
@@ -148,6 +152,7 @@ def test_different_runs_of_one_seed_are_told_of(tmp_path):
     assert re.search(r"path_length ↓ 1.01 1.01 0 \[0, 0\] 2 m", equal)
 
 
+@pytest.mark.slow
 def test_metrics_of_ones_own_are_never_left_out(tmp_path, own_metrics):
     trials = [
         make_result(seed=seed, planner=planner, metric_names=["paper", "mine"])
@@ -171,6 +176,7 @@ def test_metrics_of_ones_own_are_never_left_out(tmp_path, own_metrics):
     assert "cumulative_heading_changes" in text
 
 
+@pytest.mark.slow
 def test_of_few_metrics_all_are_shown(tmp_path):
     trials = [
         make_result(planner=planner, metric_names="goal") for planner in "ab"
@@ -225,6 +231,7 @@ def test_nobody_changes_what_is_about_the_robot_alone():
     assert len(same - alone) < 12, same - alone
 
 
+@pytest.mark.slow
 def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
     result = make_result(make_recording(behaviors=("regular", "scared")))
     assert result.by_behavior["min_dist_to_people"].nunique() == 1
@@ -235,6 +242,7 @@ def test_what_happens_to_be_equal_is_shown_by_behavior(tmp_path):
         assert name not in part
 
 
+@pytest.mark.slow
 def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
     for seed in range(16):
         WriteResult(make_result(seed=seed, metric_names="goal"), tmp_path)
@@ -247,6 +255,7 @@ def test_the_command_names_a_few_of_many_missing_runs(tmp_path, capsys):
     assert (tmp_path / "report.html").read_text().count("Left out: ") == 14
 
 
+@pytest.mark.slow
 def test_the_command_tells_settings_apart(tmp_path):
     change = "simulation.duration=0.5"
     for more in (

@@ -47,6 +47,7 @@ def assert_stands_alone(html):
         assert len(re.findall(rf"<{tag}[ >]", html)) == html.count(f"</{tag}>")
 
 
+@pytest.mark.slow
 def test_a_trial_is_told_in_full(tmp_path):
     result = make_result(
         make_recording(
@@ -76,6 +77,7 @@ def test_a_trial_is_told_in_full(tmp_path):
     assert "Watch the replay" not in html
 
 
+@pytest.mark.slow
 def test_each_of_several_robots_has_a_column(tmp_path):
     scenario = LoadScenario(
         data="""
@@ -114,6 +116,7 @@ def test_many_trials_are_compared(tmp_path):
     assert "seed 0, 1, 2" in text
 
 
+@pytest.mark.slow
 def test_statistics_are_told_in_full(tmp_path):
     trials = []
     for planner, longer in (("pursuit", 0.0), ("social", 0.5)):
@@ -160,6 +163,7 @@ def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):
     assert "not compared" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_any_script_is_left_to_the_browser(tmp_path):
     result = make_result(
@@ -174,6 +178,7 @@ def test_any_script_is_left_to_the_browser(tmp_path):
         assert re.search(rf"<text[^>]*>{name}</text>", html)
 
 
+@pytest.mark.slow
 def test_runs_link_to_their_own_pages(tmp_path):
     for seed in range(2):
         folder = WriteResult(make_result(seed=seed), tmp_path)
@@ -188,6 +193,7 @@ def test_runs_link_to_their_own_pages(tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_one_planner_is_not_compared_with_itself(tmp_path):
     trials = [make_result(seed=seed) for seed in range(2)]
     html = WriteReport(trials, tmp_path / "r.html").read_text()
@@ -196,6 +202,7 @@ def test_one_planner_is_not_compared_with_itself(tmp_path):
     assert "planner pursuit" in visible(html)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [0, 2])
 @pytest.mark.parametrize("samples", [1, 41])
 def test_there_may_be_next_to_nothing_to_tell(tmp_path, n, samples):
@@ -208,6 +215,7 @@ def test_there_may_be_next_to_nothing_to_tell(tmp_path, n, samples):
     assert not re.search(r"\bnan\b", visible(html), re.IGNORECASE)
 
 
+@pytest.mark.slow
 def test_metrics_without_any_value_are_dashes(tmp_path):
     result = make_result()
     result.metrics[:] = np.nan
@@ -216,6 +224,7 @@ def test_metrics_without_any_value_are_dashes(tmp_path):
         assert re.search("path_length ↓ \N{EN DASH} ", visible(html))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_names_are_shown_as_they_are(tmp_path):
     evil = "<b>\"&'</b><script>x</script>"
@@ -236,6 +245,7 @@ def test_names_are_shown_as_they_are(tmp_path):
         assert "&lt;b&gt;&#34;&amp;&#39;&lt;/b&gt;" in html
 
 
+@pytest.mark.slow
 def test_the_report_links_to_the_replay_beside_it(tmp_path):
     replay = tmp_path / "replay.html"
     path = WriteReport(make_result(), tmp_path / "r.html", replay=replay)
@@ -246,6 +256,7 @@ def test_the_report_links_to_the_replay_beside_it(tmp_path):
     assert '<a href="a%20%22b%22%20%23/replay.html">' in path.read_text()
 
 
+@pytest.mark.slow
 def test_the_same_results_are_the_same_report(tmp_path):
     for results in (make_result(), [make_result(seed=s) for s in (0, 1)]):
         pages = [tmp_path / "1.html", tmp_path / "2.html"]
@@ -254,6 +265,7 @@ def test_the_same_results_are_the_same_report(tmp_path):
         assert pages[0].read_bytes() == pages[1].read_bytes()
 
 
+@pytest.mark.slow
 def test_no_figure_stays_open(tmp_path):
     import matplotlib.pyplot as plt
 
@@ -262,6 +274,7 @@ def test_no_figure_stays_open(tmp_path):
     assert plt.get_fignums() == before
 
 
+@pytest.mark.slow
 def test_a_report_that_fails_leaves_the_old_one(tmp_path, monkeypatch):
     path = WriteReport(make_result(), tmp_path / "r.html")
     before = path.read_bytes()
@@ -326,6 +339,7 @@ def test_numbers_of_one_scale_have_as_many_decimals():
 # --- the results of a folder ---
 
 
+@pytest.mark.slow
 def test_results_come_back_from_a_folder(tmp_path):
     trials = [
         make_result(make_recording(behaviors=("regular", "scared")), seed=seed)
@@ -350,6 +364,7 @@ def test_results_come_back_from_a_folder(tmp_path):
     assert pages[0] == pages[1]
 
 
+@pytest.mark.slow
 def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     WriteResult(make_result(), tmp_path, tag="01")
     # Without the log, a run's own file tells.
@@ -363,6 +378,7 @@ def test_a_metric_of_another_program_keeps_its_value(tmp_path):
     assert "my_length ↓ 1.00 m" in visible(html)
 
 
+@pytest.mark.slow
 def test_the_command_reports_on_all_runs_of_a_folder(tmp_path, capsys):
     for seed in range(2):
         WriteResult(make_result(seed=seed), tmp_path)
@@ -378,6 +394,7 @@ def test_the_command_reports_on_all_runs_of_a_folder(tmp_path, capsys):
     assert_stands_alone(html)
 
 
+@pytest.mark.slow
 def test_the_command_links_the_replay_of_a_single_run(tmp_path):
     (WriteResult(make_result(), tmp_path) / "replay.html").touch()
     other = tmp_path / "other" / "my.html"
@@ -387,6 +404,7 @@ def test_the_command_links_the_replay_of_a_single_run(tmp_path):
     assert 'href="../runs/passing_pursuit_0/replay.html"' in text
 
 
+@pytest.mark.slow
 def test_the_command_reports_on_what_can_be_read(tmp_path, capsys):
     for seed in range(4):
         WriteResult(make_result(seed=seed), tmp_path)
@@ -427,6 +445,7 @@ def test_the_command_says_where_the_page_cannot_be(
     assert error == told
 
 
+@pytest.mark.slow
 def test_each_run_writes_its_own_report(tmp_path, capsys):
     for seed in "01":
         code = cli.main(

@@ -57,6 +57,7 @@ def test_a_behavior_keeps_its_color_among_others():
     assert len(set(looks)) == len(looks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["trial", "batch"])
 def test_what_matters_comes_first_and_the_rest_is_listed(pages, kind):
     html = pages[kind].read_text()

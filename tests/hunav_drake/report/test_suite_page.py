@@ -54,6 +54,7 @@ def page(result, folder):
     return WriteSuite(result, folder)
 
 
+@pytest.mark.slow
 def test_contents_lead_to_each_section(page):
     html = page.read_text()
     ids = re.findall(r'<h[23] id="([^"]+)"', html)
@@ -118,6 +119,7 @@ def test_the_page_is_made_again_from_the_folder(page, folder, capsys):
     assert page.read_text() == before
 
 
+@pytest.mark.slow
 def test_metrics_of_several_robots_and_of_ones_own_are_in_the_page_again(
     tmp_path,
 ):
@@ -144,6 +146,7 @@ def test_metrics_of_several_robots_and_of_ones_own_are_in_the_page_again(
     assert visible(page.read_text()) == before
 
 
+@pytest.mark.slow
 def test_a_scenario_has_no_metrics_of_the_robots_of_others(tmp_path):
     names = {
         "hall": ("completed", "path_length"),
@@ -165,6 +168,7 @@ def test_a_scenario_has_no_metrics_of_the_robots_of_others(tmp_path):
         assert {*metrics} == {*names[own]}
 
 
+@pytest.mark.slow
 def test_a_suite_that_has_not_ended_has_a_page(page, folder, tmp_path):
     (tmp_path / "recordings").mkdir()
     shutil.copy(folder / "runs.jsonl", tmp_path)
@@ -285,6 +289,7 @@ def test_all_of_it_is_printed(page, browser):
     window.close()
 
 
+@pytest.mark.slow
 def test_files_are_written_again_only_if_they_would_differ(tmp_path):
     result = make_result({("hall", "a"): runs_of([10.0])})
     folder = tmp_path / "written"
@@ -308,6 +313,7 @@ def test_files_are_written_again_only_if_they_would_differ(tmp_path):
     assert report.read_text() != "old"
 
 
+@pytest.mark.slow
 def test_what_a_suite_says_otherwise_is_written(tmp_path):
     runs = {("hall", "a"): runs_of([10.0, 10.0, 11.0, 11.0])}
     often = make_result(runs, repetitions=2)

@@ -73,6 +73,7 @@ def test_none_is_better_where_an_interval_contains_0():
     )
 
 
+@pytest.mark.slow
 def test_the_order_of_planners_does_not_matter():
     told = {
         runs_summary(runs_of(**{it: by[it] for it in order}))[1]
@@ -233,6 +234,7 @@ def test_contacts_and_empty_scenes_are_told():
     assert third == "It drove at 1.00 m/s on average."
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_summary_is_above_all_tables(count, tmp_path):
     results = [make_result(seed=seed) for seed in range(count)]
@@ -287,6 +289,7 @@ def reacting_of(result):
     return third.partition(", and ")[2], [row[-1] for row in rows]
 
 
+@pytest.mark.slow
 def test_who_talks_does_not_react():
     scenario = LoadScenario(
         filename="living_cafe", overrides=["simulation.duration=8.0"]
@@ -301,6 +304,7 @@ TREE = """<root BTCPP_format="4" main_tree_to_execute="Mine">
 <Fallback>{}<SubTree ID="RegularNavTree"/></Fallback></BehaviorTree></root>"""
 
 
+@pytest.mark.slow
 def test_who_accompanies_a_robot_reacts_to_it(tmp_path):
     """It is an activity, with a word on tags, as talking is."""
     scenario = LoadScenario("passing", overrides=["simulation.duration=5.0"])

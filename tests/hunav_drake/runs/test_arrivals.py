@@ -179,6 +179,7 @@ def test_each_cell_tells_n_and_marks_ways_that_end_early(result):
             assert re.search(r" \(\d+\)\*?$", text)
 
 
+@pytest.mark.slow
 def test_all_tables_say_the_same(result, tmp_path):
     (table,) = scenario_tables(result)
     page = visible(WriteSuite(result, tmp_path).read_text())

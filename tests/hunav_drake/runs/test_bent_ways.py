@@ -43,6 +43,7 @@ def shortest(name):
     return length + r * abs(headings[-1] - headings[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(CORNERS))
 def test_the_shortest_way_bends_around_the_corners(name):
     assert name in LoadSuite(filename="standard").scenarios

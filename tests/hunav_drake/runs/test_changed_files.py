@@ -220,6 +220,7 @@ def test_what_names_no_file_is_none(text, tmp_path, monkeypatch):
     assert named_files(LoadScenario(filename="crossing")) == []
 
 
+@pytest.mark.slow
 def test_a_robots_packages_count_by_what_is_used_of_them(tmp_path):
     (tmp_path / "cart.urdf").write_text(URDF)
     (tmp_path / "hull.obj").write_text(MESH)
@@ -273,6 +274,7 @@ def test_files_are_found_whatever_they_are_called(name, text, file, tmp_path):
     assert named_files(scenario) == sorted(expected)
 
 
+@pytest.mark.slow
 def test_runs_on_a_changed_map_are_not_those_of_before(folder):
     suite = LoadSuite(data=SUITE)
     out = folder / "out"

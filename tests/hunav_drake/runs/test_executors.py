@@ -219,6 +219,7 @@ def test_workers_of_other_versions_are_refused():
         check_workers(FakeClient(missing))
 
 
+@pytest.mark.slow
 def test_a_worker_that_came_later_with_another_version_ends_the_suite(
     tmp_path, monkeypatch
 ):
@@ -234,6 +235,7 @@ def test_a_worker_that_came_later_with_another_version_ends_the_suite(
     assert not (tmp_path / NAME).read_bytes()
 
 
+@pytest.mark.slow
 def test_code_that_is_changed_while_a_suite_runs_ends_it(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text("SPEED = 0.1\n")

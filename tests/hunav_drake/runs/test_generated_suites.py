@@ -32,6 +32,7 @@ def test_seeds_have_worlds_of_their_own_and_planners_the_same():
     assert len({it.sha256 for it in (fast, slow, crowded)}) == 3
 
 
+@pytest.mark.slow
 def test_a_cell_does_not_depend_on_how_many_seeds_there_are():
     few, many = (
         make_cells(LoadSuite(data=SMALL.replace("seeds: 2", f"seeds: {n}")))

@@ -147,6 +147,7 @@ def test_the_largest_numbers(name, value):
                 whole_recording(**{name: array})
 
 
+@pytest.mark.slow
 def test_a_changed_csv(tmp_path):
     rng = np.random.default_rng(3)
     path = tmp_path / "a.csv"

@@ -58,6 +58,7 @@ def published_result(seeds=10, noise=0.0):
     return SuiteResult(suite, cells, rows)
 
 
+@pytest.mark.slow
 def test_the_published_tables_hold_their_relations():
     result = published_result()
     result.suite.identities = False
@@ -95,6 +96,7 @@ def test_without_a_planner_nothing_is_tested():
     assert all(map(math.isnan, tally([]).shares))
 
 
+@pytest.mark.slow
 def test_tables_show_the_paper_beside_the_means():
     result = published_result()
     passing, crossing = (

@@ -42,6 +42,7 @@ def result(folder):
     return RunSuite(LoadSuite(data=SUITE), workers=1, out=folder)
 
 
+@pytest.mark.slow
 def test_values_are_those_of_single_trials(result):
     runs = result.runs()
     assert runs["aggregated_time"].nunique() == 3
@@ -62,6 +63,7 @@ def test_values_are_those_of_single_trials(result):
         assert found == pytest.approx(dict(alone), rel=0, abs=0, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_the_cost_is_that_of_the_trial_alone(result):
     plain = LoadSuite(data=SUITE.replace("relative: true", ""))
     alone = RunSuite(plain, workers=1).costs()["cpu"]
@@ -69,6 +71,7 @@ def test_the_cost_is_that_of_the_trial_alone(result):
     assert result.costs()["cpu"].min() < 3 * alone.min()
 
 
+@pytest.mark.slow
 def test_a_finished_suite_is_not_run_again(result, folder):
     log = (folder / "runs.jsonl").read_bytes()
     again = RunSuite(LoadSuite(data=SUITE), workers=1, out=folder)
@@ -80,6 +83,7 @@ def test_a_finished_suite_is_not_run_again(result, folder):
     assert not set(PAIRED_METRICS) & set(other.runs())
 
 
+@pytest.mark.slow
 def test_the_page_tells_of_delays_and_of_the_worst_encounter(result, folder):
     WriteReplays(result, folder, workers=1)
     assert WriteReplays(result, folder, workers=1) == []

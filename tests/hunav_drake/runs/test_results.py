@@ -283,6 +283,7 @@ def _write_many(arguments):
         )
 
 
+@pytest.mark.slow
 @forks
 def test_parallel_writers_lose_no_run(tmp_path):
     with ProcessPoolExecutor(4, mp_context=get_context("fork")) as pool:

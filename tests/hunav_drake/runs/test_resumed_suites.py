@@ -111,6 +111,7 @@ class Breaking(Executor):
                 future.set_result(fn(*args))
 
 
+@pytest.mark.slow
 def test_who_was_only_beside_a_dead_worker_is_not_lost(suite):
     deadly = (2, 3, 11)
     pool = Breaking(*deadly)
@@ -163,6 +164,7 @@ def test_an_error_of_a_run_is_not_run_again(suite, tmp_path, monkeypatch):
     RunSuite(suite, out=tmp_path, workers=1, progress=lambda *_: 1 / 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("before", "now"),
     [
@@ -269,6 +271,7 @@ def test_a_mean_is_known_by_the_interval_that_tables_tell():
         assert (high - low) / 2 <= width
 
 
+@pytest.mark.slow
 def test_repetitions_are_one_value_in_tables(suite):
     often = dataclasses.replace(suite, repetitions=3)
     assert_frame = pd.testing.assert_frame_equal

@@ -67,6 +67,7 @@ def assert_same(runs, reference):
     pd.testing.assert_frame_equal(runs, reference, check_exact=True)
 
 
+@pytest.mark.slow
 def test_a_row_for_each_run_in_the_order_of_the_suite(reference):
     assert list(reference.planner) == ["pursuit"] * 4 + ["slow"] * 4
     assert list(reference.seed) == [0, 1, 2, 3] * 2
@@ -87,6 +88,7 @@ def test_equals_single_trials(reference):
         np.testing.assert_array_equal(row[name].to_numpy(), [value])
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed_gives_the_same(suite, reference, tmp_path):
     class Stop(Exception):
         pass
@@ -114,6 +116,7 @@ def test_stopped_and_resumed_gives_the_same(suite, reference, tmp_path):
     assert_same(again.runs(), reference)
 
 
+@pytest.mark.slow
 def test_a_cut_off_line_is_run_again(suite, reference, out):
     path = out / NAME
     path.write_bytes(path.read_bytes()[:-100])
@@ -151,6 +154,7 @@ def test_a_damaged_line_is_told_by_its_number(suite, out):
         RunSuite(suite, out=out, workers=1)
 
 
+@pytest.mark.slow
 def test_a_changed_scenario_is_noticed(suite, out):
     changed = dataclasses.replace(suite, overrides=["simulation.duration=1.0"])
     with pytest.raises(ValueError, match=r"4 of crossing/pursuit.*--fresh"):
@@ -241,6 +245,7 @@ def test_worker_processes_change_nothing(suite, reference, tmp_path):
     assert len(list((tmp_path / "recordings").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_any_executor_will_do(suite, reference):
     from concurrent.futures import ThreadPoolExecutor
 
@@ -257,6 +262,7 @@ class Failing(Planner):
         return Plan(0.2, 0.0, PlannerStatus.DRIVING)
 
 
+@pytest.mark.slow
 def test_a_bad_run_is_a_row_with_its_reason(suite):
     mixed = dataclasses.replace(
         suite, planners=["fails_at_odd_seeds", "pursuit"], seeds=2
@@ -274,6 +280,7 @@ def test_a_bad_run_is_a_row_with_its_reason(suite):
     )
 
 
+@pytest.mark.slow
 def test_stops_when_a_mean_is_known_whoever_is_first(suite):
     until = {"metric": "path_length", "half_width": 1e-4, "least": 3}
     known = dataclasses.replace(suite, until=until, seeds=50)
@@ -471,6 +478,7 @@ def test_scenarios_may_have_seeds_of_their_own():
     assert suite.seed_list("free_run") == [0]
 
 
+@pytest.mark.slow
 def test_the_folder_of_a_suite_is_read_as_any_other(suite, tmp_path):
     result = RunSuite(suite, out=tmp_path, workers=1)
     for by_behavior in (False, True):

@@ -2,6 +2,7 @@ import math
 
 from hypothesis import given, settings, strategies as st
 import numpy as np
+import pytest
 
 from hunav_drake.runs.run_row import RunRow, row_to_json
 from hunav_drake.runs.run_table import RunTable
@@ -66,6 +67,7 @@ def test_tells_who_has_behaviors(made):
                 np.testing.assert_equal(told[name], value)
 
 
+@pytest.mark.slow
 def test_takes_little_memory():
     def row(seed):
         metrics = {f"metric_{i}": seed + i / 7 for i in range(60)}

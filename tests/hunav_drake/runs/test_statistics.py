@@ -160,6 +160,7 @@ def test_differences_of_rates_by_hand():
     assert paired_rate_interval(b, a) == pytest.approx((-high, -low))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [2, 5, LEAST_PAIRS, 12])
 def test_of_equal_planners_none_is_called_better(n):
     rng = np.random.default_rng(n)

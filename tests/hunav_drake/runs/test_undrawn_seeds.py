@@ -79,6 +79,7 @@ def test_a_cell_in_which_nothing_is_drawn_is_run_once(suite):
     assert ("completed", "100 (1)", "%") in fixed.rows
 
 
+@pytest.mark.slow
 def test_equal_runs_of_tables_set_below_each_other_count_once(suite):
     """Their rows may have one index; another order changes nothing."""
     runs = RunSuite(LoadSuite(filename=suite), folder=suite.parent, workers=1)
@@ -90,6 +91,7 @@ def test_equal_runs_of_tables_set_below_each_other_count_once(suite):
         assert table["n"].tolist() == [1]
 
 
+@pytest.mark.slow
 def test_each_seed_of_a_suite_has_its_own_people(tmp_path):
     text = (
         f"{TRIAL}population: {{cohorts: [{{number: 3, start: [{{rectangle:"

@@ -132,6 +132,7 @@ def test_walls_are_told_by_their_own_places():
     assert found[0].message == found[2].message
 
 
+@pytest.mark.slow
 def test_many_places_among_many_walls():
     """More than are compared at once, with a known answer."""
     grid = [(float(x), float(y)) for x in range(30) for y in range(20)]

@@ -78,6 +78,7 @@ def test_a_directory_is_no_scenario_unless_it_hides_a_shipped_one(
     assert "is a directory, not a file; shipped scenarios: " in text
 
 
+@pytest.mark.slow
 def test_a_file_comes_before_a_shipped_scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "passing").write_text("description: mine")
@@ -289,6 +290,7 @@ def test_what_yaml_cannot_say_is_refused():
         SaveScenario(scenario)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ListScenarios())
 def test_shipped_scenarios_load_and_survive_saving(name):
     scenario = LoadScenario(filename=name)

@@ -245,6 +245,7 @@ def scenarios(draw):
     )
 
 
+@pytest.mark.slow
 @given(scenario=scenarios())
 def test_a_saved_scenario_loads_as_an_equal_one(scenario):
     assert LoadScenario(data=SaveScenario(scenario)) == scenario
@@ -261,6 +262,7 @@ def test_text_that_looks_like_a_number_stays_text(text):
     assert loaded == CheckScenario(scenario)
 
 
+@pytest.mark.slow
 @given(
     points=st.lists(
         st.tuples(st.integers(-5, 5), st.integers(-5, 5)),

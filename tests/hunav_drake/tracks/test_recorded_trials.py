@@ -135,6 +135,7 @@ def test_metrics_of_recorded_people_are_those_of_such_trials_only():
     assert other.recording.replay is None
 
 
+@pytest.mark.slow
 def test_a_trial_repeats(trial):
     scenario, diagram, result = trial
     assert RunTrial(scenario).recording == result.recording
@@ -147,6 +148,7 @@ def test_a_trial_repeats(trial):
 
 
 # In the middle of a hand-over, of a return, and of both.
+@pytest.mark.slow
 @pytest.mark.parametrize("time", [2.0, 3.05, 4.5, 6.0])
 def test_forks_and_saved_contexts_have_the_same_future(trial, time, tmp_path):
     scenario, diagram, result = trial
@@ -321,6 +323,7 @@ def test_a_configuration_in_python_tells_its_fault():
         TracksConfig(file="people.csv", on=4.0)
 
 
+@pytest.mark.slow
 def test_a_physical_robot_meets_people_who_stay():
     scenario = load(
         "humans[0].track.id=1",
@@ -357,6 +360,7 @@ def test_drawn_people_keep_their_numbers_of_groups():
     assert 0 not in ids[5:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "setting",
     [

@@ -79,6 +79,7 @@ def test_every_case_measures_something_in_its_quick_form(first):
             assert "nan" not in outcome.measured
 
 
+@pytest.mark.slow
 def test_a_slow_model_fails_what_is_about_speed(own_models):
     setting = Setting("sluggish", quick=True)
     for name in ("corridor_time", "kept_speed", "population_speeds"):

@@ -52,6 +52,7 @@ def crossing_people(weights, count=6, people=5, noise=0.0, seed=0):
     return windows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "truth",
     [{"social_factor": 2.5}, {"social_factor": 8.0, "relaxation_time": 0.7}],
@@ -66,6 +67,7 @@ def test_weights_are_found_again(truth):
         assert fit.values[name] == pytest.approx(value, rel=0.05)
 
 
+@pytest.mark.slow
 def test_noise_is_in_the_errors():
     truth = {"social_factor": 2.5}
     windows = crossing_people(truth, count=12, noise=0.02)
@@ -78,6 +80,7 @@ def test_noise_is_in_the_errors():
     assert "social_factor" in fit_text(fit)
 
 
+@pytest.mark.slow
 def test_fits_end_at_the_least():
     truth = {"social_factor": 2.5, "gamma": 0.3}
     windows = crossing_people(truth, count=20, noise=0.03, seed=2)
@@ -104,6 +107,7 @@ def test_intervals_of_few_windows_are_wider():
     assert f"to {value + 1.95996 * error:.3f}" in fit_text(many)
 
 
+@pytest.mark.slow
 def test_errors_that_nobody_can_tell_are_infinite():
     windows = crossing_people({}, count=2)
     fit = FitForces(windows, ["social_factor", "gamma"], config=CONFIG)
@@ -112,6 +116,7 @@ def test_errors_that_nobody_can_tell_are_infinite():
     assert np.isfinite(fit.correlation).all()
 
 
+@pytest.mark.slow
 def test_the_order_of_people_does_not_matter():
     truth = {"social_factor": 2.5}
     windows = crossing_people(truth, noise=0.01)

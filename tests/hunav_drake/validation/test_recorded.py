@@ -210,6 +210,7 @@ def test_scores_of_recorded_streets(scene, fps, old, free):
     assert now.fde[0] < 0.75 * was.fde[0]
 
 
+@pytest.mark.slow
 def test_the_command_writes_tables(tmp_path, capsys):
     file = tmp_path / "lane.csv"
     WriteTracks(walkers(), file)

@@ -229,6 +229,7 @@ def replay(case, trees):
     return np.array(recorded), np.array(active), compared
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRACES)
 def test_every_step_is_that_of_the_original(name):
     case = json.loads(read_recorded(name))

@@ -37,6 +37,7 @@ def holder(seconds):
     return other
 
 
+@pytest.mark.slow
 def test_who_does_not_wait_goes_on_and_who_does_has_it_later():
     with kernels._locked(kernel, waits=True) as is_mine:
         assert is_mine
@@ -68,6 +69,7 @@ def test_where_nothing_can_be_locked_each_compiles(monkeypatch):
         assert is_mine
 
 
+@pytest.mark.slow
 def test_who_only_reads_is_waited_for_quietly(monkeypatch):
     """Two commands at once, with all compiled: nothing is told."""
     told = []

@@ -105,6 +105,7 @@ def test_a_kernel_that_calls_it_has_it_compiled_to_its_types(scaled_sum):
     assert len(scaled_sum.overloads) == 1
 
 
+@pytest.mark.slow
 def test_to_load_a_scenario_takes_no_kernel():
     program = (
         "from hunav_drake import LoadScenario\n"

@@ -18,6 +18,7 @@ print(*twice_scaled(vector, 3.0), len(scaled.overloads))
 """
 
 
+@pytest.mark.slow
 def test_it_is_compiled_at_the_first_call_also_of_a_caller_from_disk():
     for _ in range(2):
         lines = run_python(_IN_A_NEW_PROCESS).stdout.splitlines()
@@ -35,6 +36,7 @@ def test_what_it_raises_passes_its_caller():
         twice_scaled(_VECTOR, 1000.0)
 
 
+@pytest.mark.slow
 def test_one_that_cannot_be_compiled_is_told():
     code = """
 from tests.systems.common import late_kernels

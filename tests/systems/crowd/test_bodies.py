@@ -90,6 +90,7 @@ def test_a_robot_drives_through_people_and_pushes_them_aside(model):
     assert overlaps(rows).max() < 0.01
 
 
+@pytest.mark.slow
 def test_whoever_is_squeezed_shares_the_overlap_and_tells_it():
     """A robot as wide as a blind alley pushes three people to its end."""
     alley = Obstacles.from_shapes(

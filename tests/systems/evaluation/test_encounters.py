@@ -165,6 +165,7 @@ def brute_force(robot, one, other):
     return int(((part[flips] > 0) & (part[flips] < 1)).sum())
 
 
+@pytest.mark.slow
 def test_cutting_a_group_is_what_small_steps_find():
     generator = np.random.default_rng(7)
     total = 0

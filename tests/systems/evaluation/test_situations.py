@@ -650,6 +650,7 @@ TREE = """
 """
 
 
+@pytest.mark.slow
 def test_who_accompanies_a_robot_is_told():
     scenario = LoadScenario(
         data="humans:\n  - pose: [-3, 1.5, 0]\n    behavior: |"
@@ -662,6 +663,7 @@ def test_who_accompanies_a_robot_is_told():
     assert found.flags["down_path"].any()
 
 
+@pytest.mark.slow
 def test_an_open_circle_is_told_from_when_two_stand_in_it():
     one = TREE.format("<Converse/>")
     two = TREE.format('<JoinConversation distance="9"/>')

@@ -149,6 +149,7 @@ def test_people_are_drawn_as_tall_as_their_age_and_sex_are():
     }
 
 
+@pytest.mark.slow
 def test_looks_and_needs_change_nothing_else():
     plain = drawn()
     more = drawn(
@@ -163,6 +164,7 @@ def test_looks_and_needs_change_nothing_else():
     )
 
 
+@pytest.mark.slow
 def test_needs_are_drawn_for_each_person():
     needs = {"thirst": {"initial": [20, 60], "rate": 2.0}, "rest": {}}
     people = drawn(needs=needs)

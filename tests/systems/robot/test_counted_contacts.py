@@ -59,6 +59,7 @@ def test_all_of_a_grid_of_collisions_count(grid):
         assert abs(time - overlap) <= STEP + 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["differential_drive", "pmb2"])
 def test_bodies_kept_apart_are_in_the_same_contacts(grid, model):
     for start, (time, counts, _) in zip(STARTS, grid, strict=True):

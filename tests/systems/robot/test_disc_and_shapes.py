@@ -42,6 +42,7 @@ def burger(tmp_path):
     return make
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "reach"),
     [

@@ -78,6 +78,7 @@ def test_pmb2_from_its_file_is_pmb2():
     np.testing.assert_array_equal(runs[0].robot, runs[1].robot)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["crate", "stages"])
 @pytest.mark.parametrize("start", [(0, 0, 0), (1.0, -2.0, 2.0)])
 def test_a_planar_base_drives_along_its_heading(kind, start, request):
@@ -106,6 +107,7 @@ def test_a_planar_base_pushes_with_its_largest_force(crate):
     assert -run.contacts[-1, 0, Contact.FORCE_X] == pytest.approx(150, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", ["base_footprint", "base_link"])
 def test_a_base_may_be_fixed_to_what_lies_on_the_floor(tmp_path, base):
     robot = {
@@ -148,6 +150,7 @@ def with_boom(folder, more=""):
     return {**robot, "drive": TURTLE, "radius": 0.2}
 
 
+@pytest.mark.slow
 def test_contacts_of_a_part_from_another_model_count(tmp_path):
     person = HumanConfig(pose=(2, 0, math.pi), desired_speed=0.0)
     dut = make_diagram(with_boom(tmp_path), [person])
@@ -172,6 +175,7 @@ def test_a_motor_of_another_model_is_told(tmp_path):
     assert "has the motor 'motor' in another model, 'boom', than" in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_wheels_may_turn_the_other_way(tmp_path, side):
     """As where a wheel is the other one, turned around."""

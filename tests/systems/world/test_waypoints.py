@@ -30,6 +30,7 @@ def unremembered(dut, p, goal):
     return fresh.next_waypoint(p, goal)
 
 
+@pytest.mark.slow
 def test_what_is_remembered_changes_no_waypoint(world):
     dut = RouteMap.from_obstacles(world, clearance=CLEARANCE)
     goals = places(world, 4, 1)

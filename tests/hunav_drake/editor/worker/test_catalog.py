@@ -24,6 +24,7 @@ def catalog():
     return make_catalog()
 
 
+@pytest.mark.slow
 def test_it_is_plain_data(catalog):
     assert json.loads(json.dumps(catalog, allow_nan=False)) == catalog
 

@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
 from hunav_drake import LoadScenario, RunTrial
 from hunav_drake.editor.worker.events import ends_of, events_of
@@ -67,6 +68,7 @@ def test_each_of_several_robots_has_its_end():
     assert end["message"] == "no way; a wall (thick)"
 
 
+@pytest.mark.slow
 def test_who_talks_and_sits_does_not_react():
     """As in the replay, which tells of the same reactions."""
     scenario = LoadScenario(

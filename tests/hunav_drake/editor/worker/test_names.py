@@ -57,6 +57,7 @@ def test_one_of_several_scenarios_is_looked_at():
     assert not _faults(text, name="two")
 
 
+@pytest.mark.slow
 def test_models_have_the_outlines_that_people_walk_around(tmp_path):
     (tmp_path / "rack.sdf").write_text(
         '<sdf version="1.9"><model name="rack"><static>true</static>'

@@ -63,6 +63,7 @@ def done(tmp_path_factory):
     return channel, out
 
 
+@pytest.mark.slow
 def test_metrics_are_those_of_run_trial(done):
     channel, _ = done
     (result,) = channel.of("result")
@@ -96,6 +97,7 @@ def test_paths_lead_from_start_to_end(done):
     assert paths["robots"][0] == [[-2.0, 0.0, 0.0]]
 
 
+@pytest.mark.slow
 def test_several_robots_are_in_all_frames_and_take_a_planner(tmp_path):
     text = """
     robots:
@@ -115,6 +117,7 @@ def test_several_robots_are_in_all_frames_and_take_a_planner(tmp_path):
         assert robots == [[-2.0, 0.0, 0.0], [-2.0, 2.0, 0.0]]
 
 
+@pytest.mark.slow
 def test_the_planner_of_the_scenario_keeps_its_parameters(tmp_path):
     slow = "planner: {type: pursuit, cruise_speed: 0.2}"
     text = TEXT.replace("planner: pursuit", slow).replace("12.0", "2.0")
@@ -186,6 +189,7 @@ def test_a_stopped_run_has_no_result(tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_not_possible_says_why(tmp_path):
     channel = FakeChannel()
     trials = Trials(channel)
@@ -198,6 +202,7 @@ def test_a_run_that_is_not_possible_says_why(tmp_path):
     assert channel.of("result")[1]["end_reason"] != "failed"
 
 
+@pytest.mark.slow
 def test_it_is_called_as_its_file(tmp_path):
     channel = FakeChannel()
     text = TEXT.replace("name: short\n", "")

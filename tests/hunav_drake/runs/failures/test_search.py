@@ -47,6 +47,7 @@ def scenes_of(failures):
     return [(str(it.scenario), it.failing, it.run) for it in failures.scenes]
 
 
+@pytest.mark.slow
 def test_a_search_finds_failures(found):
     failures, _ = found
     assert isinstance(failures, Failures)
@@ -157,6 +158,7 @@ def test_where_scenes_are_run_does_not_matter(found, tmp_path, where):
     assert (out / "rank.csv").read_text() == rank
 
 
+@pytest.mark.slow
 def test_random_scenes_are_drawn_by_seed_and_number(tmp_path):
     space = write_space(tmp_path)
     few = Falsify(space, method="random", budget=2)
@@ -191,6 +193,7 @@ def test_a_descent_ends_where_it_is_level():
     assert len(tried) == 2
 
 
+@pytest.mark.slow
 def test_scenes_that_cannot_be_run_are_never_the_nearest(tmp_path):
     """Also where all others are farther from a failure than their 9."""
     scene = SCENE.replace("duration: 12.0", "duration: 40.0")
@@ -245,6 +248,7 @@ def test_scenes_that_begin_too_near_are_not_run(tmp_path):
     assert not (out / "runs.jsonl").read_text()
 
 
+@pytest.mark.slow
 def test_a_single_range_is_searched_too(tmp_path):
     text = SPACE.replace("  humans.ana.pose[1]: [1, 4]\n", "")
     text = text.replace("  humans.ana.desired_speed: [0.6, 1.6]\n", "")

@@ -140,6 +140,7 @@ def suite_of(folder, **options):
     return LoadSuite(data=text + "planners: [pursuit]\n")
 
 
+@pytest.mark.slow
 def test_a_suite_scores_its_worlds_and_continues(folder, tmp_path):
     suite = suite_of(folder)
     out = tmp_path / "out"

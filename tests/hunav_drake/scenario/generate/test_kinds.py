@@ -199,6 +199,7 @@ def test_an_unknown_kind_and_a_world_without_room_are_told():
         GenerateScenario("rooms", seed=-1)
 
 
+@pytest.mark.slow
 def test_draws_are_counted_and_stay_the_same():
     kind = make_kind({"type": "field", "difficulty": 1, "people": 0})
     first = [draw_scenario(kind, seed)[1] for seed in range(3)]

@@ -80,6 +80,7 @@ def test_placements_with_orca(behavior):
     assert all(it.gap > 0 for it in rows)
 
 
+@pytest.mark.slow
 def test_original_is_worse():
     """It walks into the robot, and steps to and fro."""
     rows = outcomes("threatening", 4, tree=as_original("threatening"))

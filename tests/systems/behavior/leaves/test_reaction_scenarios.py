@@ -349,6 +349,7 @@ def test_clone_in_the_middle_of_a_reaction_has_the_same_future(reaction):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", fast(["social_force", "orca"], "orca"))
 def test_three_behaviors_meet_in_the_combined_scenario(model):
     scenario = LoadScenario(

@@ -124,6 +124,7 @@ BY_DRAKE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "words"), BY_DRAKE.values(), ids=BY_DRAKE
 )
@@ -247,6 +248,7 @@ def test_a_file_that_crashes_drake_is_refused(tmp_path):
         World(models=[Model(file=str(file))]).obstacles()
 
 
+@pytest.mark.slow
 def test_a_plane_that_cannot_be_left_out_is_refused(tmp_path):
     """Beside the walls of a trial it would crash Drake."""
     file = tmp_path / "robot.xml"
@@ -264,6 +266,7 @@ def test_a_plane_that_cannot_be_left_out_is_refused(tmp_path):
     assert "ground" in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", ["part.obj", "empty.obj", "broken.gltf"])
 def test_what_a_camera_cannot_see_is_refused_with_one(mesh, tmp_path):
     for name, text in FILES.items():

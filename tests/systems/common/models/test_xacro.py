@@ -90,6 +90,7 @@ def scenario(file, **more):
     return yaml.safe_dump({"robot": robot | more})
 
 
+@pytest.mark.slow
 def test_a_file_of_xacro_is_read_with_the_package_beside_it(cart):
     found = reading.robot_text(str(cart), {})
     assert "xacro" not in found.text
@@ -99,6 +100,7 @@ def test_a_file_of_xacro_is_read_with_the_package_beside_it(cart):
     assert loaded.robot.arguments == {}
 
 
+@pytest.mark.slow
 def test_arguments_are_given_as_text_or_numbers(cart):
     more = {"arguments": {"prefix": "my_", "radius": 0.2}, "base": "my_base"}
     robot = LoadScenario(data=scenario(cart, **more)).robot

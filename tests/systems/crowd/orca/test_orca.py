@@ -261,6 +261,7 @@ def test_people_pass_a_door(make_snapshot, walk):
     assert between.min() > -0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [0.2, 0.35])
 @pytest.mark.parametrize("width", [1.0, 1.2])
 def test_thirty_people_leave_a_room(width, radius, make_snapshot):

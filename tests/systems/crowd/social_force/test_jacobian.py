@@ -53,6 +53,7 @@ def automatic(snapshot):
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(
     st.integers(0, 2**32 - 1),
