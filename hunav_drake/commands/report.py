@@ -174,10 +174,13 @@ def _report_suite(
         many = read_suite(directory)
         apart = find_runs(directory).keys() - {*many.runs["tag"]}
         if apart:
+            some = sorted(apart)[:_MOST_LINES]
+            more = len(apart) - len(some)
+            names = ", ".join(some) + f", and {more} more" * (more > 0)
             print(
-                f"hunav: left out what is in {directory / RUNS}"
-                f" ({', '.join(sorted(apart)[:_MOST_LINES])}): no runs of the"
-                " suite; move it to another folder for a report on it",
+                f"hunav: left out runs in {directory / RUNS} that are not of"
+                f" the suite: {names}; move them to another folder for a"
+                " report on them",
                 file=sys.stderr,
             )
         lines = _write_more(many.runs, many.made_by, options)

@@ -159,7 +159,8 @@ def _tracks(options: argparse.Namespace) -> int:
         read = _format_of(options)
         # (A csv has times: then the rate is that of the file to write.)
         fps = None if written != "csv" and read == "csv" else options.fps
-        if homography is not None and "ucy_vsp" not in (read or "", written):
+        is_known = read is not None and homography is not None
+        if is_known and "ucy_vsp" not in (read, written):
             raise ValueError(
                 f"--homography {options.homography}: is for pixels, as of"
                 f" ucy_vsp; {options.file} has meters; leave it out"

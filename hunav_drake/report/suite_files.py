@@ -120,9 +120,16 @@ def read_suite(folder: Path) -> ManyRuns:
             costs=costs,
             judgements=judgements,
         )
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (
+        AttributeError,
+        FileNotFoundError,
+        KeyError,
+        TypeError,
+        ValueError,
+    ) as error:
+        told = repr(error) if isinstance(error, KeyError) else error
         raise ValueError(
-            f"{path}: is damaged, or the tables beside it are: {error!r};"
+            f"{path}: is damaged, or the tables beside it are: {told};"
             " delete it and start the suite again, which writes them again"
         ) from error
 

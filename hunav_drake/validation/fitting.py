@@ -34,6 +34,8 @@ _STEP = 0.1
 # For the errors, a derivative is the median of the differences at these parts,
 # to both sides: a jump is in some of them only.
 _PARTS = (0.1, 0.03, 0.01, 0.003, 0.001)
+# A weight of which nothing depends by more, per unit, changes nothing.
+_IDLE = 1e-9
 # The parts of the present value that are tried first, for the same reason; and
 # how often for each weight in turn.
 _TRIED = (0.02, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 1.2, 1.5, 2.0, 3.0)
@@ -56,8 +58,8 @@ class Fit(NamedTuple):
             weights before the fit, in meters.
         after: The same with the fitted weights.
         people: The number of paths.
-        windows: The number of windows that they are in.
         warnings: What to know about the result, a line each.
+        windows: The number of windows that the paths are in.
     """
 
     forces: SocialForceParameters
@@ -67,8 +69,8 @@ class Fit(NamedTuple):
     before: float
     after: float
     people: int
-    windows: int
     warnings: tuple[str, ...]
+    windows: int
 
 
 def FitForces(
@@ -149,10 +151,12 @@ def FitForces(
         options={"xatol": 1e-3, "fatol": math.inf},
     ).x
     found = np.clip(found * scales, low, high)
+    slopes = _slopes(residuals, found, scales, low, high)
+    # (Their steps are noise.)
+    idle = np.abs(slopes).max(axis=0) < _IDLE
+    slopes[:, idle], found[idle] = 0.0, start[idle]
     offsets = residuals(found)
-    covariance, warnings = _covariance(
-        _slopes(residuals, found, scales, low, high), offsets, names, sizes
-    )
+    covariance, warnings = _covariance(slopes, offsets, names, sizes)
     errors = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore"):
         correlation = covariance / np.outer(errors, errors)
@@ -179,8 +183,8 @@ def FitForces(
         _rms(residuals(start)),
         _rms(offsets),
         sum(map(len, windows)),
-        len(windows),
         tuple(warnings),
+        len(windows),
     )
 
 
@@ -309,7 +313,9 @@ def _covariance(
             f"{count} window{'s' * (count > 1)} of 8 s cannot tell the errors"
             f" of {len(names)} weight{'s' * (len(names) > 1)}; add recordings"
         )
-        return np.diag(np.full(len(names), np.inf)), warnings
+        unknown = np.full_like(covariance, np.nan)
+        np.fill_diagonal(unknown, np.inf)
+        return unknown, warnings
     covariance *= count / (count - 1)
     for k, name in enumerate(names):
         if name in idle:
@@ -338,7 +344,8 @@ def fit_text(fit: Fit) -> str:
     if len(fit.values) > 1:
         lines += ["", "  correlations"]
         for name, row in zip(fit.values, fit.correlation, strict=True):
-            lines.append(f"  {name:18} " + " ".join(f"{c:6.2f}" for c in row))
+            cells = ("     -" if math.isnan(c) else f"{c:6.2f}" for c in row)
+            lines.append(f"  {name:18} " + " ".join(cells))
     return "\n".join([*lines, *(f"Note: {text}." for text in fit.warnings)])
 
 

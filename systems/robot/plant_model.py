@@ -162,9 +162,9 @@ def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
             raise ModelFault(
                 ("file",),
                 f"has the motor {shown(motor.name())} in another model,"
-                f" {shown(apart)}, than {shown(source.base)}: nothing holds or"
-                " commands it; move its joint to the model of the base, or"
-                " make it fixed",
+                f" {shown(apart)}, than that of {shown(source.base)}: nothing"
+                " holds or commands it; move its joint to the model of the"
+                " base, or make it fixed",
             )
     wheels: tuple[Wheel, ...] = ()
     limits: tuple[tuple[float, float], ...] = ()

@@ -273,7 +273,6 @@ def test_a_held_command_follows_a_planner_of_any_perception(sees):
     assert speeds[0] > 0.1
 
 
-@pytest.mark.slow
 def test_results_are_of_the_time_from_the_instant_to_the_end():
     scenario = crossing()
     diagram, context = at(scenario, 4.0)
@@ -465,7 +464,6 @@ def test_differences_grow_of_the_robot_that_is_asked_for():
     assert grown[0] < 0.01 < grown[1]
 
 
-@pytest.mark.slow
 def test_other_settings_and_files(tmp_path):
     scenario = crossing()
     diagram, context = at(scenario, 3.0)

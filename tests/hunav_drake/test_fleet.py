@@ -187,7 +187,6 @@ def test_forks_and_files_go_on_bit_for_bit(tmp_path, instants):
     check_forks(fleet(ANNA, mppi, CLEO, duration=11), instants, tmp_path)
 
 
-@pytest.mark.slow
 def test_a_fork_goes_on_bit_for_bit(tmp_path):
     check_forks(fleet(ANNA, BOB, CLEO, duration=3), 2, tmp_path)
 

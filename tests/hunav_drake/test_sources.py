@@ -111,7 +111,6 @@ def test_people_leave_in_the_sink_only(diagram):
         before = rows
 
 
-@pytest.mark.slow
 def test_who_comes_again_begins_anew(diagram):
     """Everybody's second visit ends at the sink as well."""
     trial = make(
@@ -203,7 +202,6 @@ def test_a_clone_goes_on_alike_and_alone(scenario, diagram, result):
         assert got.recording == result.recording
 
 
-@pytest.mark.slow
 def test_a_trial_goes_on_from_a_file(scenario, result, tmp_path):
     first = MakeTrialDiagram(scenario)
     simulator = MakeTrialSimulator(first)

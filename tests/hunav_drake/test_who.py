@@ -72,7 +72,6 @@ def test_columns_add_up_in_a_trial():
     np.testing.assert_allclose(drawn.sum(), table.sum(), atol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_person_may_be_called_robot():
     tables = []
     for name in ("ana", "robot"):
@@ -85,7 +84,6 @@ def test_a_person_may_be_called_robot():
     np.testing.assert_equal(tables[1], tables[0])
 
 
-@pytest.mark.slow
 def test_the_robot_in_the_way_delays_whom_it_meets():
     """And nobody else, who is far from it."""
     people = [walker("ana", 5, 0.4, -6), walker("far", 5, 40, -6)]

@@ -91,6 +91,7 @@ class Trials:
                     "kind": "result",
                     "end_reason": "failed",
                     "error": _words(error),
+                    "own_planner": self._own_planner,
                 }
             )
         self._channel.send(

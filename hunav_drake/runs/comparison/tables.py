@@ -16,7 +16,11 @@ from hunav_drake.runs.outcomes import count_outcomes, outcome_text
 from hunav_drake.runs.settings import contenders, with_names
 from hunav_drake.runs.statistics import early_mark, is_rate, summarize
 from hunav_drake.runs.suite_result import SuiteResult
-from hunav_drake.systems.evaluation.metric import DERIVED_FAMILIES, base_name
+from hunav_drake.systems.evaluation.metric import (
+    DERIVED_FAMILIES,
+    FLEET_FAMILY,
+    base_name,
+)
 from hunav_drake.systems.evaluation.metrics import METRICS as KNOWN
 from hunav_drake.trial.metric_facts import family_of, unit_of
 from hunav_drake.trial.provenance import program_versions
@@ -137,7 +141,7 @@ def chosen_tables(
         names = list(dict.fromkeys(part["contender"]))
         rows = []
         for metric in metrics:
-            if part[metric].isna().all() and runs[metric].notna().any():
+            if is_of_others(metric, part, runs):
                 continue
             unit = shown_unit(part, metric)
             cells = [
@@ -269,6 +273,28 @@ def fleet_metrics(runs: pd.DataFrame) -> list[str]:
         return [it for b in PAPER_METRICS for it in names if names[it] == b]
     own = (it for b in _OF_EACH_ROBOT for it in known if it.endswith(f".{b}"))
     return [*(it for it in _FLEET_METRICS if it in runs), *own]
+
+
+def is_of_others(metric: str, part: pd.DataFrame, runs: pd.DataFrame) -> bool:
+    """Returns whether only robots of other scenarios than a part's have it.
+
+    (Where nobody arrives, the robots have a metric, without a value.)
+    """
+    if part[metric].notna().any() or runs[metric].isna().all():
+        return False
+    is_fleet = metric in KNOWN and KNOWN[metric].family == FLEET_FAMILY
+    several = [
+        it != base_name(it)
+        for it in part
+        if base_name(it) in KNOWN
+        and KNOWN[base_name(it)].family != FLEET_FAMILY
+        and part[it].notna().any()
+    ]
+    if metric == base_name(metric):
+        return bool(several) and any(several) is not is_fleet
+    robot = metric.removesuffix(base_name(metric))
+    own = (it for it in part if str(it).startswith(robot))
+    return bool(several) and all(part[it].isna().all() for it in own)
 
 
 def scores(runs: pd.DataFrame) -> list[str]:

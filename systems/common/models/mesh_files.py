@@ -170,6 +170,7 @@ def obj_of(
     color: tuple[float, ...] | None = None,
     cut: tuple[Any, float] | None = None,
     signs: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    is_plain: bool = False,
 ) -> Path | None:
     """Returns an .obj file of a mesh, with small textures.
 
@@ -180,15 +181,17 @@ def obj_of(
             the latter above which it is cut off.
         signs: -1 for each axis along which it is mirrored then, else 1.
             (Renderers light meshes with a negative scale from inside.)
+        is_plain: Whether what has no color in the file gets none, so that it
+            has that of the model; else it is grey.
 
     Returns:
         The file; None if nothing is left of the mesh.
     """
     name = mesh.key
     is_mirrored = min(signs) < 0
-    if color is not None or cut is not None or is_mirrored:
+    if color is not None or cut is not None or is_mirrored or is_plain:
         text = f"{color} {cut and (cut[0].round(6).tolist(), cut[1])}"
-        text += f" {signs}" * is_mirrored
+        text += f" {signs}" * is_mirrored + " plain" * is_plain
         name += f"_{hashlib.sha256(text.encode()).hexdigest()[:32]}"
     folder = cache_folder() / name
     file = folder / "model.obj"
@@ -199,7 +202,7 @@ def obj_of(
             parts = _cut(scene, cut)
             for part in parts if is_mirrored else ():
                 part.apply_transform(np.diag([*signs, 1.0]))
-            _write_obj(draft, parts, color)
+            _write_obj(draft, parts, color, is_plain)
             # (Another process may have been faster.)
             with suppress(OSError):
                 os.replace(draft, folder)
@@ -403,26 +406,32 @@ def _cut(scene: Any, cut: tuple[Any, float] | None) -> list[Any]:
 
 
 def _write_obj(
-    folder: Path, parts: list[Any], color: tuple[float, ...] | None
+    folder: Path,
+    parts: list[Any],
+    color: tuple[float, ...] | None,
+    is_plain: bool,
 ) -> None:
     """Writes model.obj with its materials; nothing if there are no parts."""
-    lines, materials = ["mtllib model.mtl"], []
+    lines: list[str] = []
+    materials: list[str] = []
     start = 1
     for i, mesh in enumerate(parts):
         image, own = (None, color) if color else _look(mesh)
         r, g, b, opacity = own
         mesh.merge_vertices()
-        materials.append(f"newmtl m{i}\nKd {r:.3f} {g:.3f} {b:.3f}")
-        # (Many files have an opacity of 0, and mean 1.)
-        if 0.02 < opacity < 1:
-            materials.append(f"d {opacity:.3f}")
+        has_look = color is not None or mesh.visual.kind is not None
+        if has_look or not is_plain:
+            lines.append(f"usemtl m{i}")
+            materials.append(f"newmtl m{i}\nKd {r:.3f} {g:.3f} {b:.3f}")
+            # (Many files have an opacity of 0, and mean 1.)
+            if 0.02 < opacity < 1:
+                materials.append(f"d {opacity:.3f}")
         if image is not None:
             image.save(folder / f"m{i}.png", optimize=True)
             materials.append(f"map_Kd m{i}.png")
         uv = getattr(mesh.visual, "uv", None)
         if uv is None or not np.isfinite(uv).all():
             uv = np.zeros((len(mesh.vertices), 2))
-        lines.append(f"usemtl m{i}")
         lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices]
         lines += [f"vt {u:.4f} {v:.4f}" for u, v, *_ in uv]
         normals = mesh.vertex_normals
@@ -431,7 +440,9 @@ def _write_obj(
             lines.append(f"f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}")
         start += len(mesh.vertices)
     if parts:
-        (folder / "model.mtl").write_text("\n".join(materials) + "\n")
+        if materials:
+            lines.insert(0, "mtllib model.mtl")
+            (folder / "model.mtl").write_text("\n".join(materials) + "\n")
         (folder / "model.obj").write_text("\n".join(lines) + "\n")
 
 

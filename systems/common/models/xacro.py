@@ -398,20 +398,20 @@ def _unmirrored(visual: str, folder: Path, packages: Mapping[str, str]) -> str:
 
     Drake lights meshes with a negative scale from inside.
     """
-    scale, file = _SCALE.search(visual), _FILE.search(visual)
+    scale = _SCALE.search(visual)
     try:
         x, y, z = map(float, scale[1].split() if scale else ())
-        if file is None or min(x, y, z) >= 0:
+        if min(x, y, z) >= 0:
             return visual
+        (file,) = (it for it in _FILE.finditer(visual) if it[2] == "mesh")
         signs = math.copysign(1, x), math.copysign(1, y), math.copysign(1, z)
         mesh = read_mesh(_mesh_path(file[4], folder, packages))
-        path = obj_of(mesh, signs=signs)
+        path = obj_of(mesh, signs=signs, is_plain=True)
     # What cannot be read otherwise is shown as it is.
     except ValueError:
         return visual
-    visual = _FILE.sub(
-        lambda it: f"{it[1]}{it[3]}file://{path}{it[3]}", visual, count=1
-    )
+    instead = f"{file[1]}{file[3]}file://{path}{file[3]}"
+    visual = visual.replace(file[0], instead)
     return _SCALE.sub(f'scale="{abs(x)} {abs(y)} {abs(z)}"', visual, count=1)
 
 
@@ -468,6 +468,6 @@ def _drakes_mesh(path: Path) -> Path | None:
     if path.suffix.lower() in _SHOWN:
         return path if path.is_file() else None
     try:
-        return obj_of(read_mesh(path))
+        return obj_of(read_mesh(path), is_plain=True)
     except ValueError:
         return None

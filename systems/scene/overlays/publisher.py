@@ -444,15 +444,14 @@ class OverlayPublisher(LeafSystem):
         ranges = port.Eval(context)
         dots = min(MAX_SCAN_DOTS, len(ranges))
         shown = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
-        for k, i in enumerate(shown):
+        ranges, angles = ranges[shown], rays.angles[shown]
+        directions = np.column_stack([np.cos(angles), np.sin(angles)])
+        hits = rays.begin + ranges[:, None] * directions
+        if rays.on_robot:
+            hits = turned(hits, (row[X], row[Y], row[YAW]))
+        for k, (x, y) in enumerate(hits.tolist()):
             place = self._board.hidden
-            if ranges[i] < rays.range_max:
-                turn = rays.angles[i]
-                x = rays.begin[0] + ranges[i] * math.cos(turn)
-                y = rays.begin[1] + ranges[i] * math.sin(turn)
-                if rays.on_robot:
-                    pose = row[X], row[Y], row[YAW]
-                    ((x, y),) = turned([[x, y]], pose).tolist()
+            if ranges[k] < rays.range_max:
                 place = [x, y, SCAN_Z]
             self._board.meshcat.SetProperty(
                 self._board.Scan(k, robot.name), "position", place, time

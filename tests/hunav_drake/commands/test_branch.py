@@ -51,7 +51,6 @@ def test_branch_writes_all_files(hunav, tmp_path):
     assert f"{told} {signed(round(worst['difference'], 3), 's')} s." in page
 
 
-@pytest.mark.slow
 def test_branch_goes_on_from_a_file(hunav, tmp_path):
     diagram = MakeTrialDiagram(LoadScenario(filename="crossing"))
     simulator = MakeTrialSimulator(diagram)
@@ -81,7 +80,6 @@ def test_branch_tells_how_small_differences_grow(hunav):
     )
 
 
-@pytest.mark.slow
 def test_who_prints_the_matrix(hunav, tmp_path):
     code, out, err = hunav(
         *("who", "passing", "--until", "20", "--out", tmp_path)

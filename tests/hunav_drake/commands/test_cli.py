@@ -73,7 +73,6 @@ def test_run_prints_how_it_ended_and_the_metrics(hunav):
     assert row.split()[2] == "m"
 
 
-@pytest.mark.slow
 def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
     out = tmp_path / "results" / "new"
     arguments = ["run", "passing", "--set", "simulation.duration=1.0"]

@@ -56,7 +56,6 @@ def test_a_choice_of_few_metrics_is_shown_whole(hunav):
     assert "--all" not in out
 
 
-@pytest.mark.slow
 def test_a_program_reads_json(hunav, tmp_path):
     _, out, _ = hunav("run", "passing", *SHORT, "--json", "--out", tmp_path)
     data = json.loads(out)
@@ -90,7 +89,6 @@ def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
         assert b"Traceback" not in done.stderr
 
 
-@pytest.mark.slow
 def test_seed_and_repeat_are_told_apart(hunav, tmp_path):
     for _ in range(2):
         hunav(

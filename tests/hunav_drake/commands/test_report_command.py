@@ -39,7 +39,6 @@ def runs_folder(tmp_path):
     return tmp_path
 
 
-@pytest.mark.slow
 def test_a_suite_writes_its_tables(suite_folder):
     """`report.html` is added by `hunav bench`, `hunav report`, WriteSuite."""
     assert {it.name for it in suite_folder.iterdir()} == {
@@ -163,7 +162,6 @@ def test_a_folder_without_runs_is_told_by_what_it_has(
     assert not (tmp_path / "report.html").exists()
 
 
-@pytest.mark.slow
 def test_branches_and_a_file(runs_folder, capsys):
     """What `hunav branch` writes beside its runs does not hide them."""
     (runs_folder / "branches.csv").write_text("")

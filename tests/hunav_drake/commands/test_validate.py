@@ -25,7 +25,6 @@ def test_the_table_tells_what_is_expected_and_measured(hunav):
     ]
 
 
-@pytest.mark.slow
 def test_all_models_are_tested_by_default(hunav):
     _, out, _ = hunav("validate", "--quick", "--case", "corridor_time")
     for model in MOTION_MODELS:
@@ -82,7 +81,6 @@ def test_a_page_and_tables_are_written(hunav, tmp_path):
     assert sum(row["quantity"] == "x" for row in numbers) == 24
 
 
-@pytest.mark.slow
 def test_markdown_is_written_with_its_pictures(hunav, tmp_path):
     page = tmp_path / "found.md"
     cases = ("--case", "corridor_time", "lanes")

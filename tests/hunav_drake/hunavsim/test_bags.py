@@ -367,7 +367,6 @@ def test_a_damaged_bag_is_told_in_one_line(
         assert "bug" not in told
 
 
-@pytest.mark.slow
 def test_random_damages_are_told(bag, tmp_path):
     rng = np.random.default_rng(5)
     data = bag.read_bytes()

@@ -47,7 +47,6 @@ def assert_stands_alone(html):
         assert len(re.findall(rf"<{tag}[ >]", html)) == html.count(f"</{tag}>")
 
 
-@pytest.mark.slow
 def test_a_trial_is_told_in_full(tmp_path):
     result = make_result(
         make_recording(

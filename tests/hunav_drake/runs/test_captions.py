@@ -108,6 +108,14 @@ def test_a_table_has_no_rows_of_the_robots_of_other_scenarios():
     assert lobby.title == "lobby"
 
 
+def test_a_scenario_in_which_nobody_arrives_keeps_its_rows():
+    hard = runs_of(scenario="hard").assign(completed=0.0, path_length=NAN)
+    runs = pd.concat([runs_of(), hard])
+    for metrics in (["completed", "path_length"], ["path_length"]):
+        for table in chosen_tables(runs, metrics):
+            assert [row[0] for row in table.rows] == metrics
+
+
 def test_nothing_is_a_dash():
     runs = runs_of(1).assign(path_length=NAN, completed=NAN)
     (table,) = chosen_tables(runs, ["path_length"], ["mean", "interval", "sd"])

@@ -88,7 +88,6 @@ def test_equals_single_trials(reference):
         np.testing.assert_array_equal(row[name].to_numpy(), [value])
 
 
-@pytest.mark.slow
 def test_stopped_and_resumed_gives_the_same(suite, reference, tmp_path):
     class Stop(Exception):
         pass

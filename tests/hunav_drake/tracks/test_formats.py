@@ -81,6 +81,16 @@ def test_rates_of_films_are_written_as_they_are(name, fps, digits, tmp_path):
         assert f"framerate: {float(fps)}\n" in (tmp_path / "a").read_text()
 
 
+def test_noise_of_stamps_is_no_other_rate(tmp_path):
+    stamps = 1.7e9 + np.arange(3000) / 25
+    times = stamps - stamps[0]
+    assert (np.diff(times) != 0.04).any()
+    tracks = Tracks((Track(1, times, np.zeros((3000, 2))),))
+    assert tracks.period == 0.04
+    WriteTracks(tracks, tmp_path / "a", "petrack")
+    assert "framerate: 25.0\n" in (tmp_path / "a").read_text()
+
+
 def test_formats_without_a_rate_need_their_own_period(tmp_path):
     tracks = three_people().resampled(0.1)
     for name in ("eth", "ucy"):

@@ -1,5 +1,6 @@
 """Weights of forces fitted to people whose weights are known."""
 
+import math
 import os
 from pathlib import Path
 
@@ -113,7 +114,18 @@ def test_errors_that_nobody_can_tell_are_infinite():
     fit = FitForces(windows, ["social_factor", "gamma"], config=CONFIG)
     assert "2 windows of 8 s cannot tell the errors of 2" in fit.warnings[0]
     assert np.isinf(list(fit.errors.values())).all()
-    assert np.isfinite(fit.correlation).all()
+    # (Unknown, not 0.)
+    assert np.array_equal(np.isnan(fit.correlation), ~np.eye(2, dtype=bool))
+    assert "nan" not in fit_text(fit)
+
+
+def test_weights_that_change_nothing_stay_and_have_no_error():
+    apart = [window[:1] for window in crossing_people({}, count=4)]
+    free = ["relaxation_time", "social_factor"]
+    fit = FitForces(apart, free, config=CONFIG)
+    assert fit.values["social_factor"] == 5.0
+    assert math.isinf(fit.errors["social_factor"])
+    assert "social_factor changes nothing" in fit.warnings[0]
 
 
 @pytest.mark.slow

@@ -73,7 +73,6 @@ def assert_up_to_date(name, models):
     )
 
 
-@pytest.mark.slow
 def test_the_page_tells_what_the_command_finds():
     assert_up_to_date(FAST, sorted(MOTION_MODELS))
 

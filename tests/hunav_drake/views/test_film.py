@@ -76,7 +76,6 @@ def test_robot_and_people_are_seen_where_they_are(run, view):
         assert not shot.floor[y, x]
 
 
-@pytest.mark.slow
 def test_meshes_that_cannot_be_shown_are_told(tmp_path):
     """Drake's renderer asks for normals."""
     (tmp_path / "tent.obj").write_text(FILES["part.obj"])
@@ -131,7 +130,6 @@ def test_one_looks_over_high_walls(tmp_path):
     assert near(shot.image, chest, (0, 0.4, 0.65), reach=8, tolerance=0.2) > 15
 
 
-@pytest.mark.slow
 def test_overlays_on_the_floor_are_behind_people(run):
     trial = LoadRecordedTrial(run)
     scene = FilmScene(
@@ -148,7 +146,6 @@ def test_overlays_on_the_floor_are_behind_people(run):
     assert np.any(named != bare, axis=-1).sum() > 1000
 
 
-@pytest.mark.slow
 def test_who_is_absent_is_not_drawn(run):
     trial = LoadRecordedTrial(run)
     humans = trial.recording.humans.copy()
@@ -179,7 +176,6 @@ def test_a_gif_has_the_frames_and_the_size_that_are_told(run, tmp_path):
     assert told == [(k + 1, 11) for k in range(11)]
 
 
-@pytest.mark.slow
 def test_a_film_at_twice_the_speed_has_half_the_frames(run, tmp_path):
     slow, fast = (
         mut.RenderFilm(

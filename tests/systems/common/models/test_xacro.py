@@ -188,8 +188,10 @@ def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
     (tmp_path / "block.stl").write_text(stl(corners))
     file = tmp_path / "robot.urdf"
     file.write_text(
-        '<robot name="r"><link name="l"><visual><geometry><mesh scale="2 -1 1"'
-        ' filename="block.stl"/></geometry></visual></link></robot>'
+        '<robot name="r"><link name="l"><visual>'
+        '<material name="m"><color rgba="1 0 0 1"/></material>'
+        '<geometry><mesh scale="2 -1 1" filename="block.stl"/></geometry>'
+        "</visual></link></robot>"
     )
     scene_graph = SceneGraph()
     plant = MultibodyPlant(0.0)
@@ -202,6 +204,8 @@ def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
     points = read_mesh(mesh.source().path()).triangles.reshape(-1, 3)
     assert points.min(axis=0).tolist() == [0, -2, 0]
     assert points.max(axis=0).tolist() == [1, 0, 3]
+    # It has no material of its own, which would hide that of the robot.
+    assert "mtl" not in mesh.source().path().read_text()
 
 
 def test_lines_stay_where_a_visual_is_replaced(tmp_path):
