@@ -66,7 +66,6 @@ def test_branch_goes_on_from_a_file(hunav, tmp_path):
     assert "robot stands" in outs[0][1]
 
 
-@pytest.mark.slow
 def test_branch_tells_how_small_differences_grow(hunav):
     command = ("branch", "passing", "--at", "2", "--until", "6")
     outs = [hunav(*command, *more) for more in ((), ("--growth",))]
@@ -135,7 +134,6 @@ def test_words_are_checked(hunav, words, told, capsys):
     assert told in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_nobody_is_there(hunav, tmp_path):
     code, out, _ = hunav(
         *("branch", "free_run", "--at", "1", "--until", "4"),

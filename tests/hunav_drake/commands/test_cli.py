@@ -86,7 +86,6 @@ def test_run_writes_tables_recording_and_replay(hunav, tmp_path):
     assert ReadRuns(out)["seed"].tolist() == [0, 1]
 
 
-@pytest.mark.slow
 def test_a_run_can_be_filmed(hunav, tmp_path):
     arguments = ["run", "passing", "--set", "simulation.duration=2.0"]
     hunav(*arguments, "--out", tmp_path, "--no-replay", "--seed", 3)
@@ -127,7 +126,6 @@ def test_a_film_that_cannot_be_is_told(
     assert not out
 
 
-@pytest.mark.slow
 def test_overlays_are_chosen_by_name(hunav, tmp_path):
     arguments = ["run", "passing", "--set", "simulation.duration=0.5"]
     hunav(*arguments, "--out", tmp_path, "--overlays", "rings,goals")
@@ -148,7 +146,6 @@ def test_run_waits_for_no_browser_where_nobody_is(hunav):
     assert "Waiting" not in out
 
 
-@pytest.mark.slow
 def test_ctrl_c_closes_a_view_whose_run_is_written(
     hunav, tmp_path, monkeypatch
 ):
@@ -169,7 +166,6 @@ def test_ctrl_c_closes_a_view_whose_run_is_written(
     assert list(tmp_path.glob("runs/*/report.html"))
 
 
-@pytest.mark.slow
 def test_run_can_leave_the_replay_out(hunav, tmp_path):
     code, _, _ = hunav("run", "passing", "--out", tmp_path, "--no-replay")
     assert code == 0
@@ -182,7 +178,6 @@ def test_quiet_prints_one_line(hunav):
     assert len(out.splitlines()) == 1
 
 
-@pytest.mark.slow
 def test_settings_seed_and_planner_are_obeyed(hunav, tmp_path):
     settings = ["--set", "robot.radius=0.3", "--set", "humans[0].radius=0.5"]
     code, _, _ = hunav(
@@ -321,7 +316,6 @@ def test_import_takes_the_map_and_says_what_it_leaves_out(
     assert "unknown key 'description'" in err
 
 
-@pytest.mark.slow
 def test_doctor_finds_that_a_run_repeats(hunav):
     code, out, _ = hunav("doctor")
     assert code == 0
@@ -329,7 +323,6 @@ def test_doctor_finds_that_a_run_repeats(hunav):
     assert "drake" in out
 
 
-@pytest.mark.slow
 def test_a_closed_pipe_is_no_error(tmp_path):
     command = Path(sys.executable).parent / "hunav"
     reader, writer = os.pipe()
@@ -341,7 +334,6 @@ def test_a_closed_pipe_is_no_error(tmp_path):
     assert b"Traceback" not in done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("word", ["list", "--version"])
 def test_an_output_that_is_full_is_told(word):
@@ -408,7 +400,6 @@ def test_options_that_would_do_nothing_are_told(hunav, tmp_path, words, told):
     assert told in err
 
 
-@pytest.mark.slow
 def test_another_planner_has_its_own_parameters(hunav, tmp_path):
     """As in a suite: those of the scenario's planner are not merged in."""
     file = tmp_path / "seen.yaml"

@@ -30,7 +30,6 @@ def test_a_template_is_sound_and_says_what_it_is(name, hunav, tmp_path):
         assert len(line) <= 80
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["corridor", "crossing"])
 def test_a_robot_arrives_in_it(name):
     scenario = LoadScenario(data=template_text(name))

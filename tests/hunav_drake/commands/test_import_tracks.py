@@ -14,7 +14,6 @@ from hunav_drake.systems.people.tracks import Track
 FILE = Path(__file__).parents[2] / "data" / "recorded_corridor.csv"
 
 
-@pytest.mark.slow
 def test_writes_a_scenario_that_runs(tmp_path, capsys):
     output = tmp_path / "own.yaml"
     main(["import", "--tracks", str(FILE), "--on", "1.5", "-o", str(output)])

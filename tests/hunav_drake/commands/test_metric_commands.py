@@ -187,7 +187,6 @@ def test_evaluate_tells_what_cannot_be_used(
     assert "Traceback" not in err
 
 
-@pytest.mark.slow
 def test_run_writes_the_format_of_hunavsim(hunav, tmp_path):
     code, _, _ = hunav(
         *("run", "passing", "--set", "simulation.duration=1.0", "--quiet"),
@@ -301,7 +300,6 @@ def test_situations_of_what_is_no_recording(hunav, tmp_path, text):
     assert err.count("\n") == 1
 
 
-@pytest.mark.slow
 def test_evaluate_by_situation(hunav, recording, tmp_path):
     told = hunav("evaluate", recording)[1]
     assert "[" not in told

@@ -132,7 +132,6 @@ def test_compiling_is_measured_apart_and_counted():
     assert -1 not in told
 
 
-@pytest.mark.slow
 def test_who_waits_for_kernels_is_told_so():
     code = (
         "import numba\n"

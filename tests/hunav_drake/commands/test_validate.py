@@ -10,7 +10,6 @@ from hunav_drake.validation.cases import CASES
 QUICK = ("validate", "--quick", "--case", "corridor_time", "stairs", "head_on")
 
 
-@pytest.mark.slow
 def test_the_table_tells_what_is_expected_and_measured(hunav):
     code, out, err = hunav(*QUICK, "--model", "orca", "social_force")
     assert (code, err) == (0, "")
@@ -49,7 +48,6 @@ def test_the_same_command_finds_the_same(hunav):
     assert hunav(*command) == hunav(*command)
 
 
-@pytest.mark.slow
 def test_a_page_and_tables_are_written(hunav, tmp_path):
     out = tmp_path / "new" / "folder"
     cases = ("--case", "kept_speed", "lanes", "smoke")

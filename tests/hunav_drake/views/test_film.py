@@ -47,7 +47,6 @@ def near(image, pixel, color, reach=14, tolerance=0.25):
     return int((off < tolerance).sum())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("view", ["perspective", "top", "follow"])
 def test_robot_and_people_are_seen_where_they_are(run, view):
     trial = LoadRecordedTrial(run)
@@ -114,7 +113,6 @@ simulation: {duration: 0.5}
 """
 
 
-@pytest.mark.slow
 def test_one_looks_over_high_walls(tmp_path):
     scenario = LoadScenario(data=NARROW)
     folder = WriteResult(
@@ -160,7 +158,6 @@ def test_who_is_absent_is_not_drawn(run):
     assert orange.sum() < 5
 
 
-@pytest.mark.slow
 def test_a_gif_has_the_frames_and_the_size_that_are_told(run, tmp_path):
     told = []
     path = mut.RenderFilm(
@@ -192,7 +189,6 @@ def test_a_film_at_twice_the_speed_has_half_the_frames(run, tmp_path):
     assert frames == [21, 11]
 
 
-@pytest.mark.slow
 def test_a_film_is_made_by_pyav(run, tmp_path):
     av = pytest.importorskip("av", reason="the extra [film] is not installed")
     path = mut.RenderFilm(
@@ -204,7 +200,6 @@ def test_a_film_is_made_by_pyav(run, tmp_path):
     assert {frame.size for frame in frames} == {SIZE}
 
 
-@pytest.mark.slow
 def test_a_picture_is_of_the_instant_that_is_told(run, tmp_path):
     pictures = []
     for time in (0.0, 2.5):
@@ -390,7 +385,6 @@ def test_a_film_is_the_same_for_any_number_of_processes(run, tmp_path, suffix):
     assert films[0] == films[1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("view", ["perspective", "top"])
 def test_what_stands_still_is_drawn_once_and_looks_the_same(run, view):
     """A picture is put together from what stands still and what moves."""
@@ -415,7 +409,6 @@ class WholeScene(FilmScene):
         return None
 
 
-@pytest.mark.slow
 def test_a_picture_does_not_depend_on_those_before(run):
     trial = LoadRecordedTrial(run)
     one, other = (
@@ -454,7 +447,6 @@ def test_a_failed_film_leaves_neither_file_nor_process(run, tmp_path):
     assert {it.pid for it in multiprocessing.active_children()} <= before
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("view", ["perspective", "top"])
 def test_odd_sizes_and_a_robot_alone_beside_the_middle(tmp_path, view):
     scenario = LoadScenario(
@@ -476,7 +468,6 @@ simulation: {duration: 2.0}
         assert gif.size == (301, 201)
 
 
-@pytest.mark.slow
 def test_others_keep_their_shadows_where_somebody_is_absent(run):
     """In single pictures as in films."""
     trial = LoadRecordedTrial(run)
