@@ -60,8 +60,9 @@ def test_what_is_registered_and_what_the_schema_offers_joins_by_itself():
     assert kernel.owners == {("crowd.model", "social_force")}
 
 
-def test_a_choice_of_a_choice_counts_only_with_it(rows):
-    row = rows[0] | {"planner": "pursuit", "planner.sees": "everything"}
+def test_a_choice_of_a_choice_counts_only_with_it():
+    (row,) = random_rows(1, seed=0)
+    row |= {"planner": "pursuit", "planner.sees": "everything"}
     text = " ".join(overrides(row))
     assert "planner.sees=" in text
     assert "planner.sees.hidden_by_people" not in text

@@ -20,6 +20,10 @@ from hunav_drake.trial.provenance import program_versions
 
 GOLDEN = Path(__file__).parent / "data" / "golden.json"
 SEEDS = (0, 1, 2)
+LONG = (
+    *("elevator_lobby", "fleet", "hospital", "lecture_hall_exit"),
+    *("museum", "supermarket"),
+)
 
 
 def machine() -> dict[str, str | int]:
@@ -88,13 +92,20 @@ def golden():
 
 
 def different_cases() -> list[object]:
-    """Returns the first seed, and as slow ones those with other results."""
+    """Returns the first seed, and as slow ones those with other results.
+
+    Long trials are slow ones, too.
+    """
     trials = golden()["trials"]
     first, *others = SEEDS
+    slow = pytest.mark.slow
     return [
-        *((name, first) for name in ListScenarios()),
         *(
-            pytest.param(name, seed, marks=pytest.mark.slow)
+            pytest.param(name, first, marks=[slow] * (name in LONG))
+            for name in ListScenarios()
+        ),
+        *(
+            pytest.param(name, seed, marks=slow)
             for name, seed in cases()
             if seed in others
             and trials.get(f"{name} {seed}") != trials.get(f"{name} {first}")
@@ -114,7 +125,9 @@ def test_a_trial_is_as_ever(scenario, seed):
 @pytest.mark.parametrize(
     ("profile", "scenario"),
     [
-        (p, name)
+        pytest.param(
+            *(p, name), marks=[pytest.mark.slow] * (name.split()[0] in LONG)
+        )
         for p in golden()["profiles"]
         for name in golden()["profiles"][p]
     ],

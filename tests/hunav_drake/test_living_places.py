@@ -16,6 +16,8 @@ from hunav_drake.systems.common.layout import Activity, Posture, Signal
 from hunav_drake.systems.world.obstacles import inside
 from tests.walkers import seated
 
+pytestmark = pytest.mark.slow
+
 PLACES = {
     "supermarket": {Activity.USE, Activity.QUEUE},
     "museum": {Activity.WATCH, Activity.SIT, Activity.CONVERSATION},
@@ -36,7 +38,6 @@ def run(request):
     return trial, RunTrial(trial)
 
 
-@pytest.mark.slow
 def test_people_do_what_the_place_is_for(run):
     trial, result = run
     shown = result.recording.social_signals
@@ -66,7 +67,6 @@ def test_nobody_jumps_or_turns_for_ever(run):
     assert (turned[still] < np.pi + 0.3).all()
 
 
-@pytest.mark.slow
 def test_the_lecture_begins_seated_and_ends_empty():
     trial = LoadScenario(
         filename="lecture_hall_exit", overrides=["robot.goal=null"]
@@ -79,7 +79,6 @@ def test_the_lecture_begins_seated_and_ends_empty():
     assert (recording.humans[-1, :, 1] > 10.4).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", PLACES)
 def test_a_fork_goes_on_bit_for_bit(name, tmp_path):
     diagram = MakeTrialDiagram(LoadScenario(filename=name))
@@ -97,7 +96,6 @@ def test_a_fork_goes_on_bit_for_bit(name, tmp_path):
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("planner", PLANNERS)
 @pytest.mark.parametrize("name", PLACES)
 def test_planners_drive_through(name, planner):

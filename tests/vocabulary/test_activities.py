@@ -172,6 +172,7 @@ def test_unknown_words_have_activities_among_the_proposals():
         )
 
 
+@pytest.mark.slow
 def test_a_person_alone_may_have_any_activity():
     """Nothing fails where a place or a partner is not there."""
     for name in ACTIVITIES:

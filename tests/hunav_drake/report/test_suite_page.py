@@ -54,6 +54,7 @@ def page(result, folder):
     return WriteSuite(result, folder)
 
 
+@pytest.mark.slow
 def test_contents_lead_to_each_section(page):
     html = page.read_text()
     ids = re.findall(r'<h[23] id="([^"]+)"', html)

@@ -182,9 +182,8 @@ class Edited(Planner):
 """
 
 
-@pytest.mark.parametrize(
-    "workers", [1, pytest.param(2, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
 def test_changed_code_of_the_user_is_noticed(workers, tmp_path, hunav):
     file, out = tmp_path / "mine.py", tmp_path / "out"
     suite = tmp_path / "suite.yaml"

@@ -47,6 +47,7 @@ def scenes_of(failures):
     return [(str(it.scenario), it.failing, it.run) for it in failures.scenes]
 
 
+@pytest.mark.slow
 def test_a_search_finds_failures(found):
     failures, _ = found
     assert isinstance(failures, Failures)
