@@ -109,8 +109,8 @@ def read_suite(folder: Path) -> ManyRuns:
             _read_table(folder / f"{name}.csv", about)
             for name in ("runs", "runs_by_behavior", "costs")
         )
-        known = costs.columns.intersection(runs.columns)
-        if not runs[[*_ABOUT]][known].equals(costs[known]):
+        known = costs.columns.intersection(_ABOUT)
+        if not runs[known].equals(costs[known]):
             raise ValueError("costs.csv and runs.csv are of different runs")
         return _many_runs(
             about,
@@ -127,7 +127,7 @@ def read_suite(folder: Path) -> ManyRuns:
         TypeError,
         ValueError,
     ) as error:
-        told = repr(error) if isinstance(error, KeyError) else error
+        told = f"lacks {error}" if isinstance(error, KeyError) else error
         raise ValueError(
             f"{path}: is damaged, or the tables beside it are: {told};"
             " delete it and start the suite again, which writes them again"

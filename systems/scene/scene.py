@@ -242,7 +242,7 @@ def _rays_by_name(
 ) -> dict[str, Rays]:
     named = rays if isinstance(rays, Mapping) else {"": rays}
     return {
-        name: it if isinstance(it, Rays) else Rays(it)
+        name: it if isinstance(it, Rays) else Rays(np.asarray(it))
         for name, it in named.items()
         if it is not None
     }

@@ -282,19 +282,22 @@ def is_of_others(metric: str, part: pd.DataFrame, runs: pd.DataFrame) -> bool:
     """
     if part[metric].notna().any() or runs[metric].isna().all():
         return False
-    is_fleet = metric in KNOWN and KNOWN[metric].family == FLEET_FAMILY
-    several = [
-        it != base_name(it)
+    robots = {
+        _robot_of(it)
         for it in part
         if base_name(it) in KNOWN
         and KNOWN[base_name(it)].family != FLEET_FAMILY
         and part[it].notna().any()
-    ]
-    if metric == base_name(metric):
-        return bool(several) and any(several) is not is_fleet
-    robot = metric.removesuffix(base_name(metric))
-    own = (it for it in part if str(it).startswith(robot))
-    return bool(several) and all(part[it].isna().all() for it in own)
+    }
+    if metric in KNOWN and KNOWN[metric].family == FLEET_FAMILY:
+        return robots == {""}
+    # (A trial of several robots may have values of its own, too.)
+    return bool(robots) and _robot_of(metric) not in (robots - {""} or robots)
+
+
+def _robot_of(metric: str) -> str:
+    """Returns the name of a robot before that of a metric, with its point."""
+    return metric.removesuffix(base_name(metric))
 
 
 def scores(runs: pd.DataFrame) -> list[str]:

@@ -155,20 +155,19 @@ class Branches:
         """
         same = self[SAME].metrics
         count = len(self.futures[SAME].robots)
-        rows = [
-            (branch, told, unit_of(own, name), value, same.get(told, math.nan))
-            for branch, future in self.futures.items()
-            if future.robots
-            for own in [self[branch].metrics]
-            for robot in [f"{next(iter(future.robots))}."]
-            for name, value in own.items()
+        rows = []
+        for branch, future in self.futures.items():
+            robots = tuple(f"{it}." for it in future.robots)
+            if not robots:
+                continue
             # (The result of the only one that is left has no names of robots.)
-            for told in [
-                f"{robot}{name}" if len(future.robots) == 1 < count else name
-            ]
-            if len(future.robots) == count
-            or str(told).startswith(tuple(f"{it}." for it in future.robots))
-        ]
+            prefix = robots[0] if len(robots) == 1 < count else ""
+            own = self[branch].metrics
+            for name, value in own.items():
+                told = f"{prefix}{name}"
+                if len(robots) == count or told.startswith(robots):
+                    unit, before = unit_of(own, name), same.get(told, math.nan)
+                    rows.append((branch, told, unit, value, before))
         return _compared(rows, ["branch", "metric", "unit"])
 
     def delays(self, branch: str) -> "pd.DataFrame":

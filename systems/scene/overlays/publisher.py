@@ -445,14 +445,13 @@ class OverlayPublisher(LeafSystem):
         dots = min(MAX_SCAN_DOTS, len(ranges))
         shown = np.linspace(0, len(ranges) - 1, dots).round().astype(int)
         ranges, angles = ranges[shown], rays.angles[shown]
+        meets = ranges < rays.range_max
         directions = np.column_stack([np.cos(angles), np.sin(angles)])
-        hits = rays.begin + ranges[:, None] * directions
+        hits = rays.begin + np.where(meets, ranges, 0.0)[:, None] * directions
         if rays.on_robot:
             hits = turned(hits, (row[X], row[Y], row[YAW]))
         for k, (x, y) in enumerate(hits.tolist()):
-            place = self._board.hidden
-            if ranges[k] < rays.range_max:
-                place = [x, y, SCAN_Z]
+            place = [x, y, SCAN_Z] if meets[k] else self._board.hidden
             self._board.meshcat.SetProperty(
                 self._board.Scan(k, robot.name), "position", place, time
             )

@@ -182,6 +182,15 @@ def test_a_robot_without_visuals_is_shown_as_its_collision_shapes():
         assert len(shown) == 5
 
 
+def scene_of(file):
+    """Returns a scene with a model."""
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    reading.AddModels(plant, str(file))
+    return scene_graph
+
+
 def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
     """With one, cameras would see it lit from inside."""
     corners = block((0, 0, 0), (1, 2, 3))
@@ -193,10 +202,7 @@ def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
         '<geometry><mesh scale="2 -1 1" filename="block.stl"/></geometry>'
         "</visual></link></robot>"
     )
-    scene_graph = SceneGraph()
-    plant = MultibodyPlant(0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-    reading.AddModels(plant, str(file))
+    scene_graph = scene_of(file)
     inspector = scene_graph.model_inspector()
     (shown,) = inspector.GetAllGeometryIds(Role.kIllustration)
     mesh = inspector.GetShape(shown)
@@ -233,10 +239,7 @@ def test_the_hull_of_stl_stands_among_collision_shapes(tmp_path):
         '<collision><geometry><mesh filename="part.stl" scale="2 2 2"/>'
         "</geometry></collision></link></robot>"
     )
-    scene_graph = SceneGraph()
-    plant = MultibodyPlant(0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-    reading.AddModels(plant, str(file))
+    scene_graph = scene_of(file)
     inspector = scene_graph.model_inspector()
     (shape,) = inspector.GetAllGeometryIds(Role.kProximity)
     assert isinstance(inspector.GetShape(shape), Mesh)
