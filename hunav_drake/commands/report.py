@@ -172,7 +172,7 @@ def _report_suite(
 
     with input_errors(ValueError):
         many = read_suite(directory)
-        apart = find_runs(directory).keys() - {*many.runs["tag"]}
+        apart = find_runs(directory).keys() - {*many.runs.get("tag", ())}
         if apart:
             some = sorted(apart)[:_MOST_LINES]
             more = len(apart) - len(some)

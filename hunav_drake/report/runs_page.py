@@ -43,7 +43,7 @@ from hunav_drake.report.tables import (
 )
 from hunav_drake.report.trial_page import is_about_robot_alone
 from hunav_drake.runs.comparison.relations import Judgement
-from hunav_drake.runs.comparison.tables import is_of_others
+from hunav_drake.runs.comparison.tables import others_of
 from hunav_drake.runs.independent_runs import draws_nothing
 from hunav_drake.runs.outcomes import count_outcomes
 from hunav_drake.runs.run_row import FAILED
@@ -242,8 +242,7 @@ def _contents(
 def _own_metrics(runs: pd.DataFrame, own: pd.Series) -> pd.DataFrame:
     """Returns some runs, without metrics that only others have."""
     part = runs[own]
-    known = (it for it in runs.attrs.get("units", ()) if it in part)
-    others = {it for it in known if is_of_others(it, part, runs)}
+    others = others_of(part, runs) & {*runs.attrs.get("units", ())}
     part = part.drop(columns=[*others])
     part.attrs = {
         key: {it: fact for it, fact in facts.items() if it not in others}

@@ -6,7 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.people.tracks import WALKING, Tracks, motion_at
+from hunav_drake.systems.people.tracks import (
+    LONGEST_GAP,
+    WALKING,
+    Tracks,
+    motion_at,
+)
 
 # People who are nearer are neighbors, in meters.
 _NEAR = 5.0
@@ -70,7 +75,9 @@ def describe_tracks(tracks: Tracks) -> TracksFacts:
     period = tracks.period
     most, nearest, density = _at_each_time(tracks)
     start, end = float(times.min()), float(times.max())
-    stays = sum(it.times[-1] - it.times[0] for it in people)
+    # (Who is seen seldom is there in between.)
+    there = tracks.split(max(LONGEST_GAP, 1.5 * period)).people
+    stays = sum(it.times[-1] - it.times[0] for it in there)
     cells = np.unique(np.floor(places).astype(int), axis=0)
     return TracksFacts(
         people=len(people),

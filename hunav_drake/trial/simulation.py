@@ -327,11 +327,12 @@ def GetTrialResult(
     """
     scenario = _reseed(scenario, GetTrialSeed(diagram, context))
     CheckTrialDiagram(scenario, diagram)
-    parts = [
-        part
-        for part in robot_parts(scenario)
-        if robots is None or part.name in robots
-    ]
+    parts = robot_parts(scenario)
+    if robots is not None:
+        known = [it.name for it in parts]
+        if not robots or {*robots} - {*known}:
+            raise ValueError(f"robots must be some of {known}, got {robots}")
+        parts = [it for it in parts if it.name in robots]
     ends = [_end_of(part, diagram, context) for part in parts]
     return _result(scenario, diagram, context, parts, ends, since=since)
 
@@ -410,10 +411,10 @@ def _result(
     )
     recording = dataclasses.replace(first, others=tuple(others))
     end_time = _time_of(context, recording)
-    if len(parts) < len(robot_parts(scenario)) and not others:
-        # (The trial goes on after the end of the only one.)
-        recording = recording.until_end()
-        end_time = end_time if ends[0].time is None else ends[0].time
+    if len(parts) < len(robot_parts(scenario)):
+        # (The trial goes on after the end of those that are left.)
+        end_time = max(end_time if it.time is None else it.time for it in ends)
+        recording = recording.until(end_time)
     told = [_told(part, end) for part, end in zip(parts, ends, strict=True)]
     if failure is not None and str(failure) not in (it.message for it in ends):
         told.append(str(failure))

@@ -152,9 +152,12 @@ def FitForces(
     ).x
     found = np.clip(found * scales, low, high)
     slopes = _slopes(residuals, found, scales, low, high)
-    # (Their steps are noise.)
     idle = np.abs(slopes).max(axis=0) < _IDLE
-    slopes[:, idle], found[idle] = 0.0, start[idle]
+    slopes[:, idle] = 0.0
+    back = np.where(idle, start, found)
+    # (Their steps were noise, unless they have led away from what fits worse.)
+    if _cost(residuals(back)) <= _cost(residuals(found)) + _IDLE:
+        found = back
     offsets = residuals(found)
     covariance, warnings = _covariance(slopes, offsets, names, sizes)
     errors = np.sqrt(np.diag(covariance))
@@ -294,8 +297,8 @@ def _covariance(
     idle = [name for name, h in zip(names, np.diag(H), strict=True) if h == 0]
     if idle:
         warnings.append(
-            f"{', '.join(idle)} changes nothing in these recordings; leave it"
-            " out"
+            f"{', '.join(idle)} changes nothing in these recordings near the"
+            " value found; leave it out"
         )
     scores = np.array(
         [
@@ -319,6 +322,7 @@ def _covariance(
     covariance *= count / (count - 1)
     for k, name in enumerate(names):
         if name in idle:
+            covariance[k, :] = covariance[:, k] = np.nan
             covariance[k, k] = np.inf
     return covariance, warnings
 

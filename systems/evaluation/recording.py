@@ -147,7 +147,11 @@ class Recording(RecordedArrays):
         """
         if self.end_time is None:
             return self
-        last = np.searchsorted(self.times, self.end_time * (1 - 1e-12))
+        return self.until(self.end_time)
+
+    def until(self, time: float) -> Self:
+        """Returns the recording until the first sample at a time or later."""
+        last = np.searchsorted(self.times, time * (1 - 1e-12))
         return self._part(slice(0, int(last) + 1))
 
     def since(self, time: float) -> Self:

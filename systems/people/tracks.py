@@ -131,8 +131,10 @@ class Tracks:
         # (The mean, as 30 rows a second are not 0.033333 s apart.)
         usual = float(values[np.argmax(counts)])
         mean = float(every[np.abs(every - usual) < 2e-6].mean())
-        # (Stamps have noise.)
-        return usual if abs(mean - usual) < 5e-8 else round(mean, 12)
+        # (Stamps have noise: the nearest simple period or rate.)
+        rate = max(round(1 / mean, 3), 1e-3)
+        near = min((usual, 1 / rate), key=lambda it: abs(it - mean))
+        return round(near if abs(near - mean) < 5e-8 else mean, 12)
 
     def moved(
         self,

@@ -7,6 +7,7 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake import (
+    GetTrialResult,
     LeaveOut,
     ListScenarios,
     LoadContext,
@@ -521,6 +522,27 @@ def test_one_of_several_robots_and_people_of_sources():
     k = int(np.flatnonzero(there[0])[0])
     without = fork.Run(WithoutPerson(fork.names[k]))
     assert np.isnan(without.humans[:, k, X]).all()
+
+
+@pytest.mark.slow
+def test_robots_that_are_left_end_when_the_last_of_them_does():
+    scenario = LoadScenario(filename="three_robots")
+    diagram, context = at(scenario, 1.0)
+    gone = scenario.robots[-1].name
+    made = RunBranches(
+        *(scenario, diagram, context),
+        until=20.0,
+        branches={"it": RobotGone(gone)},
+    )
+    ends = made["it"].robot_ends
+    assert set(ends.values()) == {"goal"}
+    assert gone not in ends
+    recording = made["it"].recording
+    last = max(it.end_time for it in recording.robots)
+    assert made["it"].end_time == pytest.approx(last)
+    assert recording.times[-1] == pytest.approx(last, abs=0.11)
+    with pytest.raises(ValueError, match="robots must be some of"):
+        GetTrialResult(scenario, diagram, context, robots=["nobody"])
 
 
 @pytest.mark.slow

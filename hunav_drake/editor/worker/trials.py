@@ -124,6 +124,7 @@ class Trials:
         made_for = tuple(message[key] for key in keys)
         if made_for != self._made_for[:-1] or self._loaded is None:
             self._made_for = ()
+            self._own_planner = False
             self._loaded, self._own_planner = load_scenario(message)
         scenario = self._loaded
         if (seed := message["seed"]) is not None:

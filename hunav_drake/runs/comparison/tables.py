@@ -139,9 +139,10 @@ def chosen_tables(
     for scenario, part in runs.groupby("scenario", sort=False):
         statistics = summarize(part, "contender", metrics=metrics)
         names = list(dict.fromkeys(part["contender"]))
+        others = others_of(part, runs)
         rows = []
         for metric in metrics:
-            if is_of_others(metric, part, runs):
+            if metric in others:
                 continue
             unit = shown_unit(part, metric)
             cells = [
@@ -275,29 +276,34 @@ def fleet_metrics(runs: pd.DataFrame) -> list[str]:
     return [*(it for it in _FLEET_METRICS if it in runs), *own]
 
 
-def is_of_others(metric: str, part: pd.DataFrame, runs: pd.DataFrame) -> bool:
-    """Returns whether only robots of other scenarios than a part's have it.
+def others_of(part: pd.DataFrame, runs: pd.DataFrame) -> set[str]:
+    """Returns the columns of runs that only robots of other scenarios have.
 
     (Where nobody arrives, the robots have a metric, without a value.)
     """
-    if part[metric].notna().any() or runs[metric].isna().all():
-        return False
-    robots = {
-        _robot_of(it)
-        for it in part
-        if base_name(it) in KNOWN
-        and KNOWN[base_name(it)].family != FLEET_FAMILY
-        and part[it].notna().any()
-    }
-    if metric in KNOWN and KNOWN[metric].family == FLEET_FAMILY:
-        return robots == {""}
+
+    def robots_of(table: pd.DataFrame) -> set[str]:
+        has = table.notna().any()
+        return {
+            it.removesuffix(base_name(it))
+            for it in table
+            if base_name(it) in KNOWN
+            and KNOWN[base_name(it)].family != FLEET_FAMILY
+            and has[it]
+        }
+
+    here, every = robots_of(part), robots_of(runs) - {""}
     # (A trial of several robots may have values of its own, too.)
-    return bool(robots) and _robot_of(metric) not in (robots - {""} or robots)
+    here = here - {""} or here
 
+    def is_of_others(metric: str) -> bool:
+        if metric in KNOWN and KNOWN[metric].family == FLEET_FAMILY:
+            return here == {""}
+        robot = next((it for it in every if metric.startswith(it)), "")
+        return bool(here) and robot not in here
 
-def _robot_of(metric: str) -> str:
-    """Returns the name of a robot before that of a metric, with its point."""
-    return metric.removesuffix(base_name(metric))
+    empty = runs.columns[part.isna().all() & runs.notna().any()]
+    return {it for it in empty if is_of_others(it)}
 
 
 def scores(runs: pd.DataFrame) -> list[str]:

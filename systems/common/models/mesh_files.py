@@ -38,7 +38,7 @@ _FARTHEST = 1e12
 _TEXTURE = 256
 
 # The version of what is kept.
-_VERSION = 5
+_VERSION = 6
 
 # The names of textures and materials in the text of a mesh.
 _ENDING = re.compile(rb"\.(?:png|jpe?g|tga|bmp|tiff?|mtl)\b", re.I)
@@ -226,6 +226,9 @@ class _Textures:
             if place.is_file():
                 return place.read_bytes()
         raise FileNotFoundError(name)
+
+    # (So trimesh asks for the materials of .obj.)
+    __getitem__ = get
 
 
 def _load(path: Path, part: str) -> Any:
@@ -415,12 +418,14 @@ def _write_obj(
     lines: list[str] = []
     materials: list[str] = []
     start = 1
+    # (After a part with a color, one without would have that one.)
+    is_plain &= color is None
+    is_plain &= all(mesh.visual.kind is None for mesh in parts)
     for i, mesh in enumerate(parts):
         image, own = (None, color) if color else _look(mesh)
         r, g, b, opacity = own
         mesh.merge_vertices()
-        has_look = color is not None or mesh.visual.kind is not None
-        if has_look or not is_plain:
+        if not is_plain:
             lines.append(f"usemtl m{i}")
             materials.append(f"newmtl m{i}\nKd {r:.3f} {g:.3f} {b:.3f}")
             # (Many files have an opacity of 0, and mean 1.)

@@ -108,6 +108,17 @@ def test_a_table_has_no_rows_of_the_robots_of_other_scenarios():
     assert lobby.title == "lobby"
 
 
+def test_own_metrics_are_those_of_the_robots_that_are_there():
+    fleet = runs_of(scenario="lobby")
+    fleet["anna.path_length"] = fleet.pop("path_length")
+    fleet["anna.mine"] = 1.0
+    late = fleet.assign(scenario="late", **{"anna.mine": NAN})
+    runs = pd.concat([runs_of(), fleet, late])
+    tables = chosen_tables(runs, ["completed", "anna.mine"])
+    names = [[row[0] for row in it.rows] for it in tables]
+    assert names == [["completed"], *[["completed", "anna.mine"]] * 2]
+
+
 def test_a_scenario_in_which_nobody_arrives_keeps_its_rows():
     hard = runs_of(scenario="hard").assign(completed=0.0, path_length=NAN)
     runs = pd.concat([runs_of(), hard])

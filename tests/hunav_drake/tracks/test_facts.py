@@ -35,6 +35,14 @@ def test_times_without_people_count_in_the_mean():
     assert describe_tracks(instant).present == 1.0
 
 
+def test_who_goes_and_comes_back_is_not_there_in_between():
+    times = np.concatenate(
+        [np.arange(0, 10.1, 0.5), np.arange(100, 110.1, 0.5)]
+    )
+    track = Track(1, times, np.column_stack([times, 0 * times]))
+    assert describe_tracks(Tracks((track,))).present == pytest.approx(20 / 110)
+
+
 @pytest.mark.parametrize("period", [1.0, 2.0, 4.0])
 def test_who_is_seen_seldom_is_there_in_between(period):
     facts = describe_tracks(Tracks(tuple(line(i, period) for i in (1, 2))))

@@ -69,7 +69,7 @@ def test_formats_with_a_rate_hold_any_period(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["petrack", "jupedsim", "trajnet"])
-@pytest.mark.parametrize("fps", [15, 24, 29.97, 30, 120])
+@pytest.mark.parametrize("fps", [15, 21, 24, 27, 29.97, 30, 37, 120])
 @pytest.mark.parametrize("digits", [6, 15])
 def test_rates_of_films_are_written_as_they_are(name, fps, digits, tmp_path):
     times = np.round(np.arange(500) / fps, digits)

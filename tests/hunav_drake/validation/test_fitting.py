@@ -12,6 +12,7 @@ from hunav_drake import ReadTracks, Tracks, WriteTracks
 from hunav_drake.commands.cli import main
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people.tracks import Track
+from hunav_drake.systems.world.shapes import Polyline, World
 from hunav_drake.validation.fitting import FitForces, fit_text
 from hunav_drake.validation.recorded import (
     FUTURE,
@@ -119,12 +120,24 @@ def test_errors_that_nobody_can_tell_are_infinite():
     assert "nan" not in fit_text(fit)
 
 
+def test_an_effect_that_is_fitted_away_stays_away():
+    """Near the fit it changes nothing; from the start, it does."""
+    now = np.arange(PAST + FUTURE) * STEP
+    walk = np.stack([np.column_stack([1.2 * now, 0 * now + 0.35])])
+    wall = World(walls=[Polyline(points=[(-5, 0), (20, 0)])]).obstacles()
+    options = {"config": CONFIG, "obstacles": wall}
+    fit = FitForces([walk, walk], ["obstacle_sigma"], **options)
+    assert fit.before > 0.1
+    assert fit.after < 1e-6
+
+
 def test_weights_that_change_nothing_stay_and_have_no_error():
     apart = [window[:1] for window in crossing_people({}, count=4)]
     free = ["relaxation_time", "social_factor"]
     fit = FitForces(apart, free, config=CONFIG)
     assert fit.values["social_factor"] == 5.0
     assert math.isinf(fit.errors["social_factor"])
+    assert math.isnan(fit.correlation[0, 1])
     assert "social_factor changes nothing" in fit.warnings[0]
 
 

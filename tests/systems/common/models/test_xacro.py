@@ -214,6 +214,29 @@ def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
     assert "mtl" not in mesh.source().path().read_text()
 
 
+def test_a_mirrored_mesh_keeps_its_colors(tmp_path):
+    (tmp_path / "two.mtl").write_text(
+        "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n"
+    )
+    (tmp_path / "two.obj").write_text(
+        "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+        "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 4\n"
+    )
+    file = tmp_path / "robot.urdf"
+    file.write_text(
+        '<robot name="r"><link name="l"><visual><geometry><mesh'
+        ' filename="two.obj" scale="1 -1 1"/></geometry></visual></link>'
+        "</robot>"
+    )
+    scene_graph = scene_of(file)
+    inspector = scene_graph.model_inspector()
+    (shown,) = inspector.GetAllGeometryIds(Role.kIllustration)
+    path = inspector.GetShape(shown).source().path()
+    colors = path.with_name("model.mtl").read_text()
+    assert "Kd 1.000 0.000 0.000" in colors
+    assert "Kd 0.000 0.000 1.000" in colors
+
+
 def test_lines_stay_where_a_visual_is_replaced(tmp_path):
     file = tmp_path / "robot.urdf"
     text = BODY.replace("$(arg prefix)", "").replace("${2 * 5}", "10")
