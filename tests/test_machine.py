@@ -47,6 +47,7 @@ ALLOWED = {
     "X_WM @ X_MB": POSES,
     "X_WL @ inspector.GetPoseInFrame(geometry) @ box.pose()": POSES,
     "X_above @ X": POSES,
+    "X_WG.rotation() @ np.array(normal)": POSES,
     "model.pose()[0] @ X": POSES,
     "X_WM @ X": POSES,
     "X @ _placement(it, self._members).inverse()": POSES,
