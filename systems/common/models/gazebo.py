@@ -688,7 +688,7 @@ class _Reader:
                 normal = it.numbers("normal", _NORMAL, normal)
             slope = X_WG.rotation() @ np.array(normal)
             # (A trial has a floor; planes that are steeper are walls or ramps.)
-            level = abs(slope[2]) > _LEVEL * np.linalg.norm(slope)
+            level = abs(slope[2]) > _LEVEL * math.hypot(*slope)
             if child.tag == "empty" or (child.tag == "plane" and level):
                 return None, scale
             if child.tag in ("heightmap", "image", "polyline", "plane"):
