@@ -18,6 +18,7 @@ from hunav_drake.commands.options import (
     whole_number,
 )
 from hunav_drake.systems.common.input_error import InputError
+from hunav_drake.systems.common.suggest import counted
 
 if TYPE_CHECKING:
     from hunav_drake.runs.comparison.relations import Judgement
@@ -328,7 +329,7 @@ def _print_outcomes(result: "SuiteResult") -> None:
     from hunav_drake.runs.suite_result import KEYS
 
     outcomes = result.outcomes()
-    print(f"{len(result.rows)} runs ended: {outcome_text(outcomes)}")
+    print(f"{counted(len(result.rows), 'run')} ended: {outcome_text(outcomes)}")
     for place, own in outcomes.groupby(list(KEYS), sort=False):
         if why := why_not_goal(own):
             cell = "/".join(filter(None, place))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from hunav_drake.commands.errors import DONE, check_output, input_errors
 from hunav_drake.commands.options import add_import_option
 from hunav_drake.systems.common.input_error import InputError
+from hunav_drake.systems.common.suggest import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -152,7 +153,7 @@ def _report_runs(
             left_out=left_out,
         )
         table = WriteTables(results, path.parent)
-    runs = "1 run" if len(distinct) == 1 else f"{len(distinct)} runs"
+    runs = counted(len(distinct), "run")
     if repeats:
         runs += f" ({len(repeats)} more are duplicates)"
     return [
@@ -186,7 +187,10 @@ def _report_suite(
         lines = _write_more(many.runs, many.made_by, options)
         title = options.title or f"Benchmark {directory.resolve().name}"
         WriteRunsPage(many, page, title)
-    return [f"Wrote the report on {len(many.runs)} runs to {page}", *lines]
+    return [
+        f"Wrote the report on {counted(len(many.runs), 'run')} to {page}",
+        *lines,
+    ]
 
 
 def _write_more(
@@ -222,7 +226,9 @@ def _write_more(
         paths = WriteFigures(
             runs, options.figures, metrics=metrics, made_by=made_by
         )
-        lines.append(f"Wrote {len(paths) - 1} files of figures to {paths[-1]}")
+        lines.append(
+            f"Wrote {counted(len(paths) - 1, 'file')} of figures to {paths[-1]}"
+        )
     return lines
 
 

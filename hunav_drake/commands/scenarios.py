@@ -24,6 +24,7 @@ from hunav_drake.commands.options import (
     tell_doubts,
 )
 from hunav_drake.systems.common.input_error import InputError
+from hunav_drake.systems.common.suggest import counted
 
 if TYPE_CHECKING:
     from hunav_drake.scenario import Scenario
@@ -221,7 +222,7 @@ def _check(options: argparse.Namespace) -> int:
             people += len(load_tracks(population.tracks).people)
         sound[name] = scenario
         return (
-            f"{people} {'person' if people == 1 else 'people'},"
+            f"{counted(people, 'person', 'people')},"
             f" {_describe_world(scenario.world)},"
             + (f" {robots} robots," if robots > 1 else "")
             + f" planner {planners_of(scenario)}"
@@ -252,13 +253,13 @@ def _fix(path: Path) -> None:
 
 
 def _describe_world(world: "World") -> str:
-    words = [f"{len(world.walls)} walls"]
+    words = [counted(len(world.walls), "wall")]
     if world.furniture:
-        words.append(f"{len(world.furniture)} pieces of furniture")
+        words.append(counted(len(world.furniture), "piece") + " of furniture")
     if world.map:
         words.append("a map")
     if world.models:
-        words.append(f"{len(world.models)} models")
+        words.append(counted(len(world.models), "model"))
     return ", ".join(words)
 
 
@@ -392,7 +393,7 @@ def _import(options: argparse.Namespace) -> int:
             f"{stands}; add {give}, or set {keys}",
             file=sys.stderr,
         )
-    parts = [f"{len(scenario.humans)} people"]
+    parts = [counted(len(scenario.humans), "person", "people")]
     parts += ["their map"] * bool(world.map) + ["a world"] * bool(world.models)
     done = f"Wrote {' and '.join(parts)} to {options.output}"
     return write_output(SaveScenario(scenario), options, done)

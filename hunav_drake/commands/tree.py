@@ -11,6 +11,7 @@ from hunav_drake.commands.errors import (
     write_output,
 )
 from hunav_drake.commands.options import add_import_option, add_output_options
+from hunav_drake.systems.common.suggest import counted
 
 
 def add_tree_options(tree: argparse.ArgumentParser) -> None:
@@ -77,9 +78,8 @@ def _check(options: argparse.Namespace) -> int:
         with input_errors(BehaviorTreeError):
             tree = LoadTree(file)
         return (
-            f"{tree.name}, {len(tree.nodes)}"
-            f" {'node' if len(tree.nodes) == 1 else 'nodes'},"
-            f" {len(tree.slots)} numbers of memory"
+            f"{tree.name}, {counted(len(tree.nodes), 'node')},"
+            f" {counted(len(tree.slots), 'number')} of memory"
         )
 
     return check_each(options.file, options, describe)

@@ -36,6 +36,7 @@ from hunav_drake.editor.tracing import traced_walls
 from hunav_drake.editor.worker.requests import RunRequest
 from hunav_drake.scenario.templates import template_text
 from hunav_drake.scenarios import shipped_names, shipped_text
+from hunav_drake.systems.common.suggest import counted
 
 # The maximum number of runs of a request.
 _MAX_RUNS = 1000
@@ -263,7 +264,7 @@ def _trace(session: EditedScenario, message: Trace) -> None:
     old = world.get("walls") if isinstance(world, dict) else None
     both = [*(old if isinstance(old, list) else []), *walls]
     data = document.after([("set", ("world", "walls"), both)])
-    label = f"Trace {len(walls)} walls"
+    label = f"Trace {counted(len(walls), 'wall')}"
     _change(session, message.id, label, data)
 
 

@@ -49,6 +49,7 @@ from hunav_drake.runs.outcomes import count_outcomes
 from hunav_drake.runs.run_row import FAILED
 from hunav_drake.runs.settings import contenders
 from hunav_drake.runs.statistics import LEAST_PAIRS
+from hunav_drake.systems.common.suggest import counted
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.metric_facts import FACTS, headline_of, unit_of
 from hunav_drake.trial.quantity_text import label_text
@@ -202,7 +203,7 @@ def _with_contenders(table: pd.DataFrame) -> pd.DataFrame:
 
 def _about(many: ManyRuns) -> list[str]:
     runs = many.runs
-    told = [*many.about, "1 run" if len(runs) == 1 else f"{len(runs)} runs"]
+    told = [*many.about, counted(len(runs), "run")]
     for key in ("scenario", "planner", "setting", "seed"):
         values = runs[key].unique() if len(runs) else []
         if len(values) > 1:

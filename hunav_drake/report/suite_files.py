@@ -22,6 +22,7 @@ from hunav_drake.runs.run_row import table_facts
 from hunav_drake.runs.run_table import ReadRuns
 from hunav_drake.runs.suite_result import SuiteResult
 from hunav_drake.runs.suite_tables import REPORT, WriteSuiteTables, about_suite
+from hunav_drake.systems.common.suggest import counted
 from hunav_drake.systems.evaluation.recording import Recording
 
 # The columns of `ReadRuns` beside the metrics.
@@ -184,7 +185,7 @@ def _many_runs(
         recording=recording,
         provenance=provenance,
         pages=pages,
-        about=[f"version {about['version']}", f"{len(cells)} cells"]
+        about=[f"version {about['version']}", counted(len(cells), "cell")]
         if about
         else ["unfinished"],
         description=about.get("description", ""),

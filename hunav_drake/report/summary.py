@@ -24,6 +24,7 @@ from hunav_drake.runs.statistics import (
     compare,
     summarize,
 )
+from hunav_drake.systems.common.suggest import counted
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.scene.overlays.reactions import reactions
 from hunav_drake.trial.branches.run import Branches, growth_text
@@ -154,7 +155,7 @@ def trial_summary(
     return [
         first,
         second,
-        f"{third}, and {reacting} of {n} {'person' if n == 1 else 'people'}"
+        f"{third}, and {reacting} of {counted(n, 'person', 'people')}"
         f" reacted to {its}.",
     ]
 

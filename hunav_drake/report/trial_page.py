@@ -28,6 +28,7 @@ from hunav_drake.report.tables import (
     split_by_family,
 )
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.suggest import counted
 from hunav_drake.systems.evaluation.encounters import find_encounters
 from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
@@ -79,7 +80,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
     return {
         "about": [
             *run_facts(result),
-            "1 person" if n == 1 else f"{n} people",
+            counted(n, "person", "people"),
             f"{time} s",
         ],
         "summary": trial_summary(result, found),

@@ -10,6 +10,7 @@ from hunav_drake.report.figures import make_figure
 from hunav_drake.report.plots.style import COLUMN, set_text_sizes
 from hunav_drake.report.tables import provenance_table
 from hunav_drake.systems.common.files import atomic_write
+from hunav_drake.systems.common.suggest import counted
 from hunav_drake.validation.case import VERDICTS, Case, Outcome
 from hunav_drake.validation.cases import by_topic
 from hunav_drake.validation.plots import PLOTS, ValidationPlot
@@ -84,8 +85,8 @@ def WriteValidationPage(
         "validation.html",
         title=TITLE,
         about=[
-            "1 case" if count == 1 else f"{count} cases",
-            "1 model" if len(models) == 1 else f"{len(models)} models",
+            counted(count, "case"),
+            counted(len(models), "model"),
             f"{provenance['form']} form",
         ],
         summary=_summary(outcomes),

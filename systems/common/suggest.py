@@ -1,4 +1,4 @@
-"""Texts for messages: values as given, and suggestions of valid words."""
+"""Texts for messages: values, numbers of things, suggestions of words."""
 
 from collections.abc import Iterable, Sequence
 import difflib
@@ -61,6 +61,11 @@ def shown(value: Any) -> str:
         return "a number of more than 40 digits"
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def counted(number: int, one: str, more: str = "") -> str:
+    """Returns a number with its noun, as "1 run" or "2 runs"."""
+    return f"{number} {one if number == 1 else more or one + 's'}"
 
 
 def suggestion(word: str, valid: Sequence[str]) -> str:
