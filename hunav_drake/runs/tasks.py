@@ -143,9 +143,8 @@ def _compared(
     """
     from hunav_drake.systems.planning.planner_error import PlannerError
     from hunav_drake.trial.branches.relative import (
-        PAIRED_METRICS,
         CompareAlone,
-        Relative,
+        unknown_relative,
         with_relative,
     )
     from hunav_drake.trial.seeds import SetTrialSeed
@@ -155,10 +154,10 @@ def _compared(
     context = diagram.CreateDefaultContext()
     SetTrialSeed(diagram, context, seed)
     try:
-        values = CompareAlone(scenario, diagram, context).values
+        found = CompareAlone(scenario, diagram, context)
     except PlannerError:
-        values = dict.fromkeys(PAIRED_METRICS, math.nan)
-    return with_relative(result, Relative(values=values, costs={}))
+        found = unknown_relative(scenario)
+    return with_relative(result, replace(found, costs={}))
 
 
 def extra_values(recording: Recording) -> dict[str, float]:

@@ -99,9 +99,10 @@ RELATIVE_FAMILY = "relative"
 # behavior.
 DERIVED_FAMILIES = (SITUATIONS_FAMILY, ENCOUNTERS_FAMILY, RELATIVE_FAMILY)
 LEAST_GAP = "min_gap_exact"
-_OF_ENCOUNTERS = re.compile(
+_DERIVED = re.compile(
     rf"(time_in|entries)_\w+|first_contact_time|{LEAST_GAP}"
     r"|crossings_in_front|groups_cut|contacts_charged"
+    r"|(crowd_)?(relative|time|path|jerk)_\w+|aggregated_time"
 )
 
 # The kinds of NumPy types that are real numbers.
@@ -382,7 +383,7 @@ def base_name(name: str) -> str:
     """
     _, point, rest = name.partition(".")
     known = rest in METRICS or rest.endswith("]")
-    known = known or _OF_ENCOUNTERS.fullmatch(rest) is not None
+    known = known or _DERIVED.fullmatch(rest) is not None
     return rest if point and name not in METRICS and known else name
 
 

@@ -8,12 +8,19 @@ import pytest
 
 from hunav_drake import (
     CompareAlone,
+    GetTrialResult,
     LoadScenario,
     MakeTrialDiagram,
+    MakeTrialSimulator,
     register_paired_metric,
 )
+from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.trial.branches.future import Future
-from hunav_drake.trial.branches.relative import PAIRED_METRICS, neighbours
+from hunav_drake.trial.branches.relative import (
+    PAIRED_METRICS,
+    neighbours,
+    with_relative,
+)
 from tests.hunav_drake.test_branches import PAIR, stage, walker
 
 RATIOS = [name for name, it in PAIRED_METRICS.items() if it.unit == "-"]
@@ -90,8 +97,27 @@ def test_of_several_robots_the_one_that_it_is_about_is_named():
         "\nhumans: [{name: ana, pose: [4, 0.1, 3.14], goals: [[-6, 0]]}]"
         "\nsimulation: {duration: 20}"
     )
-    (text,) = compared(scenario).texts()
+    found = compared(scenario)
+    (text,) = found.texts()
     assert text.startswith("anna cost ana ")
+    assert found.values["anna.aggregated_time"] > 0
+    assert found.values["bob.aggregated_time"] == 0
+    # The order of robots says nothing.
+    turned = dataclasses.replace(scenario, robots=scenario.robots[::-1])
+    other = compared(turned)
+    assert dict(other.values) == pytest.approx(
+        dict(found.values), rel=0, abs=1e-9, nan_ok=True
+    )
+    assert other.costs.keys() == found.costs.keys() == {"anna.ana"}
+    # With files, too.
+    diagram = MakeTrialDiagram(scenario)
+    context = diagram.CreateDefaultContext()
+    MakeTrialSimulator(diagram, context).AdvanceTo(5.0)
+    result = GetTrialResult(scenario, diagram, context)
+    names = with_relative(result, found).metrics.index
+    assert {"bob.relative_jerk", "anna.extra_time[ana]"} <= set(names)
+    assert "aggregated_time" not in names
+    assert base_name("anna.aggregated_time") == "aggregated_time"
 
 
 def test_two_straight_lines_by_hand():

@@ -102,8 +102,8 @@ def _responsibility(runs: pd.DataFrame) -> list[str]:
     if times:
         lines += [
             "The aggregated time is by how much later people within 3.6 m of"
-            " the robot (of several, the first one) arrive than without it, in"
-            " seconds, summed over people; means over seeds.",
+            " the robot arrive than without it, in seconds, summed over people"
+            " (and robots, of several); means over seeds.",
             "",
             _row(["aggregated time (s)", *planners]),
             _row(["---", *["---:"] * len(planners)]),

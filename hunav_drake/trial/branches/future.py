@@ -23,6 +23,7 @@ from hunav_drake.systems.common.layout import (
     is_outside,
 )
 from hunav_drake.systems.evaluation.chords import chords_within
+from hunav_drake.systems.robot.robot_config import RobotConfig
 from hunav_drake.trial.leaving import ONLY_ROBOT
 from hunav_drake.trial.result import TrialResult
 from hunav_drake.trial.simulation import GetTrialResult, MakeTrialSimulator
@@ -52,8 +53,7 @@ class Future:
             in meters; NaN for none.
         goals_left: How many goals each person has yet to reach until then,
             (K + 1, n): 1 on the way to it, 0 or less afterwards.
-        robot_goal: The goal of the first robot with its tolerances, (x, y, yaw,
-            tolerance, yaw tolerance); None without a goal.
+        robot_goal: The goal of the first robot: see `goal_of`.
         result: The result of the trial from the instant to its end, of the
             robots that are there; None if it was not asked for, or if there is
             no robot.
@@ -156,6 +156,14 @@ class Future:
         return distance
 
 
+def goal_of(robot: RobotConfig) -> tuple[float, ...] | None:
+    """Returns (x, y, yaw, tolerance, yaw tolerance); None without a goal."""
+    if robot.goal is None:
+        return None
+    tolerances = robot.goal_tolerance, robot.goal_yaw_tolerance
+    return (*map(float, robot.goal), *tolerances)
+
+
 class Aims:
     """The goals of people, as their behavior trees see them."""
 
@@ -232,17 +240,11 @@ class _Log:
         aims = self._aims.indices(self._diagram, context)
         self._rows.append((context.get_time(), humans, aims, forces, robots))
 
-    def _robot_goal(self) -> tuple[float, ...] | None:
-        robot = robot_parts(self._diagram.scenario)[0].scenario.robot
-        if robot.goal is None:
-            return None
-        tolerances = robot.goal_tolerance, robot.goal_yaw_tolerance
-        return (*map(float, robot.goal), *tolerances)
-
     def future(self, result: TrialResult | None) -> Future:
         """Returns what was kept."""
         times, humans, aims, forces, robots = zip(*self._rows, strict=True)
         count, n = len(times), len(self._aims.goals)
+        robot = robot_parts(self._diagram.scenario)[0].scenario.robot
         states = np.reshape(humans, (count, n, STATE_SIZE))
         states[is_outside(states)] = np.nan
         pairs = np.zeros((count, n, 2))
@@ -261,7 +263,7 @@ class _Log:
             work=np.abs(power),
             goals=self._aims.goals,
             goals_left=self._aims.left(np.array(aims)),
-            robot_goal=self._robot_goal(),
+            robot_goal=goal_of(robot),
             result=result,
         )
 

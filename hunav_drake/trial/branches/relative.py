@@ -1,7 +1,7 @@
 """Relative metrics: how robot and crowd hinder each other, from one instant."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 import math
 from typing import Literal, NamedTuple, cast
@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple, cast
 import numpy as np
 from pydrake.systems.framework import Context, Diagram
 
+from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import VX, VY, YAW, Y
@@ -20,7 +21,8 @@ from hunav_drake.systems.evaluation.metric import (
     check_takes,
     origin_of,
 )
-from hunav_drake.trial.branches.future import Future
+from hunav_drake.systems.robot.robot_config import RobotConfig
+from hunav_drake.trial.branches.future import Future, goal_of
 from hunav_drake.trial.branches.kinds import Branch, Without
 from hunav_drake.trial.branches.run import Fork
 from hunav_drake.trial.leaving import ONLY_ROBOT
@@ -111,26 +113,34 @@ class Relative:
     """How the robot and the crowd hinder each other.
 
     Attributes:
-        values: The `PAIRED_METRICS` by name.
+        values: The `PAIRED_METRICS` by name; of several robots, those of each,
+            as "anna.aggregated_time".
         costs: By the name of each neighbour, what the robot costs: the extra
             time in seconds, and the extra path in meters; NaN for who does not
-            arrive with or without the robot.
-        robot: Who the robot is in words.
+            arrive with or without the robot. Of several robots, those of each,
+            as "anna.luis".
+        robots: The names of several robots.
     """
 
     values: Mapping[str, float]
     costs: Mapping[str, tuple[float, float]]
-    robot: str = "the robot"
+    robots: tuple[str, ...] = ()
 
     def texts(self) -> list[str]:
         """Returns the costs in words, as "the robot cost ana 1.3 s ..."."""
         # (Adding 0 takes away the sign of what rounds to 0.)
         return [
-            f"{self.robot} cost {name} {round(time, 2) + 0.0:.2f} s and"
-            f" {round(path, 2) + 0.0:.2f} m"
-            for name, (time, path) in self.costs.items()
+            f"{robot or 'the robot'} cost {person} {round(time, 2) + 0.0:.2f} s"
+            f" and {round(path, 2) + 0.0:.2f} m"
+            for key, (time, path) in self.costs.items()
+            for robot, person in [self.split(key)]
             if not math.isnan(time)
         ]
+
+    def split(self, name: str) -> tuple[str, str]:
+        """Returns the robot of a name, empty for a single one, and the rest."""
+        robot, _, rest = name.partition(".")
+        return (robot, rest) if self.robots else ("", name)
 
 
 def CompareAlone(
@@ -142,7 +152,7 @@ def CompareAlone(
 ) -> Relative:
     """Compares a trial with itself without the people, and without the robot.
 
-    Of several robots, it is the first.
+    Of several robots, each is compared: without it, the others are there.
 
     Args:
         scenario: The scenario of the trial.
@@ -159,38 +169,62 @@ def CompareAlone(
     if until is None:
         until = scenario.simulation.duration
     fork = Fork(scenario, diagram, context, until=until)
-    robot = fork.robots[0] or ONLY_ROBOT
-    without: dict[str, Branch] = {
-        "people": Without(people=fork.names),
-        "robot": Without(robots=(robot,)),
-    }
-    for branch in without.values():
+    without: list[Branch] = [Without(people=fork.names)]
+    without += [Without(robots=(it or ONLY_ROBOT,)) for it in fork.robots]
+    for branch in without:
         fork.Prepare(branch)
     with_all = fork.RunOriginal()
-    others = {
-        name: fork.Run(branch, whole=False) for name, branch in without.items()
-    }
-    gone = others["robot"].quantities
-    extra = {name: with_all.quantities[name] - gone[name] for name in gone}
-    near = neighbours(with_all)
+    alone, *robot_gone = (fork.Run(it, whole=False) for it in without)
+    values: dict[str, float] = {}
+    costs: dict[str, tuple[float, float]] = {}
+    for (name, robot), gone in zip(
+        robots_of(scenario).items(), robot_gone, strict=True
+    ):
+        own, other = (_of_one(it, name, robot) for it in (with_all, alone))
+        others = {"people": other, "robot": gone}
+        prefix = name and f"{name}."
+        for metric, it in PAIRED_METRICS.items():
+            value = it.function(own, others[it.left_out])
+            values[prefix + metric] = float(value)
+        extra = {
+            quantity: own.quantities[quantity] - gone.quantities[quantity]
+            for quantity in ("time", "path")
+        }
+        for i in np.flatnonzero(neighbours(own)):
+            time, path = extra["time"][i], extra["path"][i]
+            costs[prefix + fork.names[i]] = float(time), float(path)
     return Relative(
-        values={
-            name: float(metric.function(with_all, others[metric.left_out]))
-            for name, metric in PAIRED_METRICS.items()
-        },
-        costs={
-            name: (float(extra["time"][i]), float(extra["path"][i]))
-            for i, name in enumerate(fork.names)
-            if near[i]
-        },
-        robot=fork.robots[0] or "the robot",
+        values=values, costs=costs, robots=tuple(filter(None, fork.robots))
+    )
+
+
+def _of_one(future: Future, name: str, robot: RobotConfig) -> Future:
+    """Returns a future with this robot as the first."""
+    own = name or ONLY_ROBOT
+    robots = {own: future.robots[own], **future.robots}
+    return replace(future, robots=robots, robot_goal=goal_of(robot))
+
+
+def unknown_relative(scenario: Scenario) -> Relative:
+    """Returns metrics without a value, as of a trial that fails."""
+    robots = list(robots_of(scenario))
+    names = [
+        f"{robot}.{metric}" if robot else metric
+        for robot in robots
+        for metric in PAIRED_METRICS
+    ]
+    return Relative(
+        values=dict.fromkeys(names, math.nan),
+        costs={},
+        robots=tuple(filter(None, robots)),
     )
 
 
 def with_relative(result: TrialResult, relative: Relative) -> TrialResult:
     """Returns a result that also has the relative metrics.
 
-    "extra_time[ana]" and "extra_path[ana]" are what the robot costs ana.
+    "extra_time[ana]" and "extra_path[ana]" are what the robot costs ana; names
+    of several robots come before, as in "anna.extra_time[ana]".
     """
 
     def facts(unit: str, direction: str) -> dict[str, str]:
@@ -203,13 +237,18 @@ def with_relative(result: TrialResult, relative: Relative) -> TrialResult:
     more = {
         name: (value, facts(metric.unit, metric.direction))
         for name, value in relative.values.items()
-        if (metric := PAIRED_METRICS[name])
+        if (metric := PAIRED_METRICS[relative.split(name)[1]])
     }
-    for person, costs in relative.costs.items():
+    for key, costs in relative.costs.items():
+        robot, person = relative.split(key)
+        prefix = robot and f"{robot}."
         for kind, unit, value in zip(
             ("time", "path"), "sm", costs, strict=True
         ):
-            more[f"extra_{kind}[{person}]"] = value, facts(unit, "lower")
+            more[f"{prefix}extra_{kind}[{person}]"] = (
+                value,
+                facts(unit, "lower"),
+            )
     return with_values(result, more)
 
 
