@@ -1,6 +1,5 @@
 """Takes people and robots out of a trial, and drives a robot from outside."""
 
-import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, Diagram, System
 
@@ -172,15 +171,9 @@ def SetRobotCommand(
     """
     _, part = robot_part(diagram.scenario, robot)
     planner: System = diagram.GetSubsystemByName(f"{part.prefix}planner")
-    values = np.asarray(command, dtype=float)
-    if values.shape != (2,) or not np.isfinite(values).all():
-        raise ValueError(
-            "the command must be two finite numbers (v, omega), in m/s and"
-            f" rad/s, got {command!r:.80}"
-        )
     if not hasattr(planner, "SetCommand"):
         raise ValueError(
             f"the planner of the {part.name or ONLY_ROBOT} takes no command;"
             " take the planner external"
         )
-    planner.SetCommand(planner.GetMyMutableContextFromRoot(context), values)
+    planner.SetCommand(planner.GetMyMutableContextFromRoot(context), command)

@@ -263,6 +263,7 @@ class BehaviorTree(LeafSystem):
 
         It is the number of goals for who has none left.
         """
+        self.ValidateContext(context)
         memory = context.get_discrete_state(self._memory).value()
         first = [own.start + GOAL_INDEX for own in self._walk.memories]
         indices: Array = memory[first]
@@ -350,6 +351,7 @@ class BehaviorTree(LeafSystem):
         Raises:
             IndexError: If this system does not tick that person.
         """
+        self.ValidateContext(context)
         own = self._walk.node_statuses[self._Place(index)]
         status: Array = self._node_status.Eval(context)[own]
         return status
@@ -367,6 +369,7 @@ class BehaviorTree(LeafSystem):
         Raises:
             IndexError: If this system does not tick that person.
         """
+        self.ValidateContext(context)
         own = self._walk.memories[self._Place(index)]
         memory = context.get_discrete_state(self._memory).value()
         copy: Array = memory[own].copy()
@@ -386,6 +389,7 @@ class BehaviorTree(LeafSystem):
             IndexError: If this system does not tick that person.
             ValueError: If it is invalid: see `Tree.check_memory`.
         """
+        self.ValidateContext(context)
         place = self._Place(index)
         own = self._walk.memories[place]
         values = np.asarray(memory, dtype=float)
@@ -417,6 +421,7 @@ class BehaviorTree(LeafSystem):
         Raises:
             ValueError: If the seed is not such a number.
         """
+        self.ValidateContext(context)
         halves = seed_to_halves(check_seed(seed))
         memory = context.get_discrete_state(self._memory).value().copy()
         for tree, own in zip(self._trees, self._walk.memories, strict=True):

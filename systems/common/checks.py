@@ -8,6 +8,11 @@ import math
 import operator
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hunav_drake.systems.common.arrays import Array
+
 
 def check_kind(
     name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], words: str
@@ -50,6 +55,26 @@ def check_number(
     else:
         rule = f"{'above' if low_open else 'at least'} {low:g}"
     raise ValueError(f"{name} must be {rule}, got {value} {unit}".rstrip())
+
+
+def check_numbers(what: str, values: ArrayLike, words: str, size: int) -> Array:
+    """Returns `size` numbers, checked to be finite.
+
+    Raises:
+        ValueError: If they are not: "`what` must be `words`, got ...".
+    """
+    found = np.asarray(values)
+    if found.shape == (size,) and found.dtype.kind in "iuf":
+        numbers = found.astype(float)
+        if np.isfinite(numbers).all():
+            return numbers
+    raise ValueError(f"{what} must be {words}, got {values!r:.80}")
+
+
+def check_command(command: ArrayLike) -> Array:
+    """Returns (v, omega) in m/s and rad/s, checked to be finite."""
+    words = "two finite numbers (v, omega), in m/s and rad/s"
+    return check_numbers("the command", command, words, 2)
 
 
 def check_time_step(value: float) -> float:

@@ -38,6 +38,7 @@ class Sampling:
     DeclareDiscreteState: Any
     DeclareNumericParameter: Any
     DeclarePeriodicDiscreteUpdateEvent: Any
+    ValidateContext: Any
 
     def _DeclareSampling(
         self,
@@ -70,11 +71,13 @@ class Sampling:
         Raises:
             ValueError: If the seed is not in [0, 2^63).
         """
+        self.ValidateContext(context)
         halves = seed_to_halves(check_seed(seed))
         context.get_mutable_numeric_parameter(self._seed).SetFromVector(halves)
 
     def GetSeed(self, context: Context) -> int:
         """Returns the seed of a Context of this system."""
+        self.ValidateContext(context)
         parameter = context.get_numeric_parameter(self._seed)
         return halves_to_seed(parameter.CopyToVector())
 

@@ -305,6 +305,7 @@ def HumanCrowd_(T: Any) -> type:
                 ValueError: If the model of motion has no derivatives, or
                     somebody sits, lies, sits down or stands up.
             """
+            self.ValidateContext(context)
             if T is not float:
                 raise TypeError("CalcJacobian is for HumanCrowd_[float]")
             self._step.check_derivatives()

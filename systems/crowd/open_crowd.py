@@ -213,6 +213,7 @@ class OpenCrowd(HumanCrowd):
         Args:
             context: Of this system.
         """
+        self.ValidateContext(context)
         names = [source.name for source in self._doors.sources]
         numbers = [round(x) for x in self._traffic.Eval(context).tolist()]
         ends = 2 * len(names)
@@ -240,6 +241,7 @@ class OpenCrowd(HumanCrowd):
             context: Of this system, changed.
             rows: The rows of the people in ``human_states``.
         """
+        self.ValidateContext(context)
         states = self._GetState(context).copy()
         states[rows] = 0.0
         states[rows, : Y + 1] = OUTSIDE
@@ -250,6 +252,7 @@ class OpenCrowd(HumanCrowd):
 
     def CalcJacobian(self, context: Context) -> Any:
         """Raises a ValueError: where people come and go, steps jump."""
+        self.ValidateContext(context)
         raise ValueError(
             f"{self.GetSystemPathname()}: derivatives need a crowd without"
             " sources and sinks; use HumanCrowd"

@@ -196,6 +196,7 @@ class RecordedPeople(LeafSystem):
         Raises:
             ValueError: If it is not.
         """
+        self.ValidateContext(context)
         rows = context.get_discrete_state(self._memory).value()
         rows = rows.reshape(-1, MEMORY_SIZE)
         starts, ends = self._tables.roster[:, [START, END]].T

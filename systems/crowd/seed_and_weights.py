@@ -39,6 +39,7 @@ class SeedAndWeights:
     _stances: int
     _weights: int
     _seed: int
+    ValidateContext: Callable[[Context], None]
     # Return the rows of the state, and the stances.
     _GetState: Callable[[Context], NDArray[Any]]
     _GetStances: Callable[[Context], NDArray[Any]]
@@ -65,6 +66,7 @@ class SeedAndWeights:
         Raises:
             ValueError: If the seed is not such a number.
         """
+        self.ValidateContext(context)
         start, weights, halves = self._Draw(seed)
         context.SetDiscreteState(self._state, start)
         context.SetDiscreteState(
@@ -79,6 +81,7 @@ class SeedAndWeights:
         Args:
             context: Of this system.
         """
+        self.ValidateContext(context)
         return halves_to_seed(self._GetParameter(context, self._seed))
 
     def CheckContext(self, context: Context) -> None:
@@ -87,6 +90,7 @@ class SeedAndWeights:
         Raises:
             ValueError: If they are not.
         """
+        self.ValidateContext(context)
         halves = self._GetParameter(context, self._seed)
         seed = check_seed(halves_to_seed(halves))
         if not np.array_equal(seed_to_halves(seed), halves):
@@ -105,6 +109,7 @@ class SeedAndWeights:
             ValueError: If the array does not have that shape, or a weight
                 is not finite or out of its range.
         """
+        self.ValidateContext(context)
         rows = check_weights(weights, len(self._humans))
         vector = context.get_mutable_numeric_parameter(self._weights)
         vector.SetFromVector(rows.ravel())
@@ -117,6 +122,7 @@ class SeedAndWeights:
         Args:
             context: Of this system.
         """
+        self.ValidateContext(context)
         weights = self._GetParameter(context, self._weights)
         return weights.reshape(-1, NUM_PARAMETERS)
 
@@ -136,8 +142,10 @@ class SeedAndWeights:
                 not read.
 
         Raises:
-            ValueError: If the array does not have that shape.
+            ValueError: If the array does not have that shape, or a number is
+                not finite.
         """
+        self.ValidateContext(context)
         rows = np.asarray(states)
         n = len(self._humans)
         if rows.shape not in ((n, STATE_SIZE), (n, MOTION_SIZE)):
@@ -145,6 +153,8 @@ class SeedAndWeights:
                 f"states must have shape ({n}, {STATE_SIZE}) or"
                 f" ({n}, {MOTION_SIZE}), got {rows.shape}"
             )
+        if not np.isfinite(plain(rows)).all():
+            raise ValueError(f"states must be finite, got {plain(rows)}")
         stances = self._GetStances(context).copy()
         was = self._GetState(context)
         moved = rows[:, : Y + 1] - was[:, : Y + 1]

@@ -102,6 +102,7 @@ class FleetMonitor(StepMonitor):
 
     def GetEnds(self, context: Context) -> Array:
         """Returns the ends before this step: rows as of ``robot_ends``."""
+        self.ValidateContext(context)
         ends: Array = context.get_discrete_state(self._ends).CopyToVector()
         return ends.reshape(-1, 2)
 

@@ -60,6 +60,7 @@ class StepMonitor(LeafSystem):
         `Simulator.AdvanceTo` is called with the current time. A simulator may
         begin just after them.
         """
+        self.ValidateContext(context)
         (time,) = context.get_discrete_state(self._updated).value()
         return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
 
@@ -69,6 +70,7 @@ class StepMonitor(LeafSystem):
         Between two updates, the state already belongs to the next one, so no
         trial ends there.
         """
+        self.ValidateContext(context)
         time = context.get_time()
         return bool(time == round(time / self._time_step) * self._time_step)
 

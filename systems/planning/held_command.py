@@ -1,10 +1,10 @@
 """The LeafSystem that holds a command."""
 
-import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
+from hunav_drake.systems.common.checks import check_command
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.planning.planner import (
     NO_PATH,
@@ -63,8 +63,13 @@ class HeldCommand(LeafSystem):
         )
 
     def SetCommand(self, context: Context, command: ArrayLike) -> None:
-        """Sets the command (v, omega), in m/s and rad/s."""
-        context.SetDiscreteState(self._command, np.asarray(command, float))
+        """Sets the command (v, omega), in m/s and rad/s.
+
+        Raises:
+            ValueError: If these are not two finite numbers.
+        """
+        self.ValidateContext(context)
+        context.SetDiscreteState(self._command, check_command(command))
 
     def _CalcStatus(self, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, float(PlannerStatus.DRIVING))

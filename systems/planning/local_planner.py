@@ -16,7 +16,11 @@ from pydrake.systems.framework import (
     State,
 )
 
-from hunav_drake.systems.common.checks import check_count, count_steps
+from hunav_drake.systems.common.checks import (
+    check_command,
+    check_count,
+    count_steps,
+)
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import weakly
 from hunav_drake.systems.common.registry import known_name
@@ -174,12 +178,18 @@ class LocalPlanner(LeafSystem):
 
         Empty while it drives, and for a planner without an `initial_memory`.
         """
+        self.ValidateContext(context)
         return self._Decided(context).reason
 
     def SetCommand(self, context: Context, command: ArrayLike) -> None:
-        """Sets the command (v, omega), in m/s and rad/s, until the next one."""
+        """Sets the command (v, omega), in m/s and rad/s, until the next one.
+
+        Raises:
+            ValueError: If these are not two finite numbers.
+        """
+        self.ValidateContext(context)
         state = context.get_mutable_discrete_state(self._state)
-        state.get_mutable_value()[:2] = command
+        state.get_mutable_value()[:2] = check_command(command)
 
     def DescribeMemory(self) -> list[str]:
         """Returns what the state depends on: the planner and its parameters."""

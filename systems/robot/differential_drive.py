@@ -14,7 +14,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from hunav_drake.systems.common.checks import check_time_step
+from hunav_drake.systems.common.checks import check_numbers, check_time_step
 from hunav_drake.systems.common.layout import CONTACT_SIZE, STATE_SIZE
 from hunav_drake.systems.crowd.walls.keep_out import LEANING, LEAST_MARGIN
 from hunav_drake.systems.robot.contact_rows import MEMORY_SIZE
@@ -131,16 +131,30 @@ class DifferentialDrive(LeafSystem):
         return self._wall_contact
 
     def SetPose(self, context: Context, pose: ArrayLike) -> None:
-        """Places the robot at rest at (x, y, yaw), in meters and radians."""
-        context.SetDiscreteState(
-            self._state, np.concatenate([np.asarray(pose, dtype=float), [0, 0]])
+        """Places the robot at rest at (x, y, yaw), in meters and radians.
+
+        Raises:
+            ValueError: If these are not three finite numbers.
+        """
+        self.ValidateContext(context)
+        x_y_yaw = check_numbers(
+            "the pose", pose, "three finite numbers (x, y, yaw)", 3
         )
+        context.SetDiscreteState(self._state, np.append(x_y_yaw, [0, 0]))
         context.SetDiscreteState(self._lost, np.zeros(2))
 
     def Shift(self, context: Context, offset: ArrayLike) -> None:
-        """Moves the robot by (x, y) in W, in meters; it drives on."""
+        """Moves the robot by (x, y) in W, in meters; it drives on.
+
+        Raises:
+            ValueError: If these are not two finite numbers.
+        """
+        self.ValidateContext(context)
+        offset = check_numbers(
+            "the offset", offset, "two finite numbers (x, y)", 2
+        )
         state = context.get_discrete_state(self._state).CopyToVector()
-        state[:2] += np.asarray(offset, dtype=float)
+        state[:2] += offset
         context.SetDiscreteState(self._state, state)
 
     def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
