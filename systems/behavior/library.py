@@ -138,7 +138,8 @@ def ParseTree(
         TreePortError: As `LoadTree`.
     """
     if isinstance(source, str):
-        source = source.encode()
+        # (What is no character is a fault in XML, not in Python.)
+        source = source.encode(errors="xmlcharrefreplace")
     folders = behavior_set(profile).folders
     documents = load_documents(source, name, libraries=folders)
     return _tree(documents, ports, profile)

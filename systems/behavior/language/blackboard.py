@@ -67,6 +67,7 @@ class Scope:
             this scope are looked up there.
         root: The scope of the main tree; None in itself.
         name: The name of the subtree; empty for the main tree.
+        used: The names that nodes refer to.
     """
 
     all_entries: list[Entry]
@@ -74,11 +75,13 @@ class Scope:
     parent: "Scope | None" = None
     root: "Scope | None" = None
     name: str = ""
+    used: set[str] = field(default_factory=set)
 
     def entry(self, key: str, place: Place) -> Entry:
         """Returns the entry of a name; makes it if it does not exist."""
         if key.startswith("@"):
             return (self.root or self).entry(key[1:], place)
+        self.used.add(key)
         if key not in self.entries:
             # Names with an underscore stay private to a tree.
             if self.parent is not None and not key.startswith("_"):

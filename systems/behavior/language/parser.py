@@ -21,12 +21,17 @@ from hunav_drake.systems.behavior.language.documents import (
     TreeElement,
 )
 from hunav_drake.systems.behavior.language.draft import Draft
+from hunav_drake.systems.behavior.language.tree_ports import TreePortError
 from hunav_drake.systems.behavior.language.xml_source import (
     MAX_DEPTH,
     NOTES,
     XmlElement,
 )
-from hunav_drake.systems.behavior.nodes.errors import BehaviorTreeError, Spot
+from hunav_drake.systems.behavior.nodes.errors import (
+    BehaviorTreeError,
+    Place,
+    Spot,
+)
 from hunav_drake.systems.behavior.nodes.language_nodes import SUBTREE
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import (
@@ -196,7 +201,16 @@ class _Parser:
         self.open_trees.append(tree_id)
         draft.children.append(self.tree(tree, inner, depth + 1))
         self.open_trees.pop()
+        self.check_ports(element, inner)
         return draft
+
+    def check_ports(self, element: XmlElement, inner: Scope) -> None:
+        """Checks that a tree which declares ports knows those given to it."""
+        declared = self.documents.ports.get(element.attributes["ID"], {})
+        for attribute in subtree_ports(element, 4):
+            known = {*declared, *GIVEN, *inner.used}
+            if declared and attribute not in known:
+                raise element.spot.unknown("port", attribute, known)
 
     def subtree_scope(
         self, element: XmlElement, scope: Scope, form: int, name: str
@@ -356,6 +370,13 @@ def parse_documents(
             all_values[port.name] = value
     parser.open_trees.append(documents.main)
     draft = parser.tree(documents.trees[documents.main], scope, 1)
+    for name in values:
+        if name not in scope.used:
+            raise TreePortError(
+                "no node of the tree uses it; leave it out",
+                Place(documents.file),
+                port=name,
+            )
     assembled = assemble(draft, parser.entries)
     entries = {
         key: entry.slot

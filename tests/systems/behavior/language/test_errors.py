@@ -13,6 +13,7 @@ from hunav_drake.systems.behavior import (
     ParseTree,
     Person,
     RenderBehaviorTree,
+    TreePortError,
     WriteTree,
 )
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -468,6 +469,12 @@ FAULTS = {
         "SubTree",
         "the port d must be given",
     ),
+    "unknown port of a subtree": (
+        trees(A='<SubTree ID="SurprisedNavTree" distanc="{id}"/>'),
+        2,
+        "SubTree",
+        "did you mean 'distance'?",
+    ),
     "autoremap": (
         trees(A='<SubTree ID="B" _autoremap="2"/>', B="<RegularNav/>"),
         2,
@@ -608,6 +615,22 @@ def test_fault_among_files_names_the_file_and_line(name, tmp_path):
         LoadTree(tmp_path / "a.xml")
     assert words in str(caught.value)
     assert caught.value.place == (str(tmp_path / file), line)
+
+
+def test_text_of_no_character_is_a_fault_of_the_tree():
+    with pytest.raises(BehaviorTreeError, match="<text>:3.*not well-formed"):
+        ParseTree(document("\ud800"))
+
+
+def test_value_of_a_port_that_no_node_uses_is_refused():
+    source = (
+        '<root BTCPP_format="4"><BehaviorTree ID="A"><RegularNav/>'
+        '</BehaviorTree><TreeNodesModel><SubTree ID="A"><input_port name="d"'
+        ' default="1"/></SubTree></TreeNodesModel></root>'
+    )
+    ParseTree(source)
+    with pytest.raises(TreePortError, match="no node of the tree uses it"):
+        ParseTree(source, ports={"d": 2})
 
 
 def test_nodes_nested_by_subtrees_are_bounded():
