@@ -105,9 +105,8 @@ class Society:
             table.append(
                 [
                     *(place_code(f"{it.id}"), text_code(it.name), *it.pose),
-                    it.width if it.type == "door" else it.spacing,
-                    *(it.time, kind, len(slots), len(own_slots)),
-                    *it.way_to(),
+                    *(it.spacing, it.time, kind, len(slots), len(own_slots)),
+                    *(*it.way_to(), it.width),
                 ]
             )
             slots += [

@@ -84,6 +84,15 @@ def test_24_who_waits_too_long_leaves_and_the_others_move_up():
     assert np.sort(np.hypot(*own.T)) == pytest.approx([0, 0.9], abs=0.25)
 
 
+def test_people_queue_at_a_door_at_its_spacing():
+    door = Place(name="till", type="door", pose=(0, 0, 0), width=2, spacing=0.7)
+    people = [someone(x, 0, 0, queue()) for x in (-0.5, -1.8)]
+    stage = Stage(people, places=[door])
+    for _ in stage.run(2.5):
+        pass
+    assert stage.states[:, 0] == pytest.approx([0, -0.7], abs=0.25)
+
+
 def seats(*xs):
     slots = [(x, 0.0, -math.pi / 2) for x in xs]
     return Place(name="bench", type="seat", pose=(0, 0, 0), slots=slots)

@@ -316,7 +316,10 @@ def test_12_a_look_must_be_held():
             '<SetGroupWalk non_main_agent_ids="2, 2"/>',
             "must be at most 6 different numbers",
         ),
-        ('<SetGroupWalk non_main_agent_ids="two"/>', "port non_main_agent_ids"),
+        (
+            '<SetGroupWalk non_main_agent_ids="two"/>',
+            "must be numbers of people",
+        ),
         ("<FollowAgent/>", "the port target_agent_id must be given"),
     ],
 )

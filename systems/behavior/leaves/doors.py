@@ -77,7 +77,7 @@ def _first(tick, door, pose, side, zone, past, before):
 
     Whoever did `before` still does until it has come through.
     """
-    width = place_at(tick, door)[5]
+    width = place_at(tick, door)[12]
     mine = math.hypot(tick.x - pose[0], tick.y - pose[1])
     for i in range(num_bodies(tick)):
         it = body_at(tick, i)

@@ -68,9 +68,9 @@ TICK_FIELDS = (
     *("person", "row", "slot", "code"),
 )
 # The numbers of a place: the two by which it is named, its pose in W, the
-# distance in a queue (of a door, the width) and the time, its type, and its
-# slots: the row of the first, and how many; and where people walk to in W.
-PLACE_SIZE = 12
+# distance in a queue and the time, its type, and its slots: the row of the
+# first, and how many; where people walk to in W; and the width of a door.
+PLACE_SIZE = 13
 
 # The numbers of a slot: its pose in W, where people stand before they use it,
 # and the rows of the place, and of the slot in it.

@@ -618,7 +618,7 @@ def test_fault_among_files_names_the_file_and_line(name, tmp_path):
 
 
 def test_text_of_no_character_is_a_fault_of_the_tree():
-    with pytest.raises(BehaviorTreeError, match="<text>:3.*not well-formed"):
+    with pytest.raises(BehaviorTreeError, match=r"<text>:3.*not well-formed"):
         ParseTree(document("\ud800"))
 
 
