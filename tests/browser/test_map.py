@@ -226,6 +226,26 @@ def test_what_is_pasted_has_a_name_of_its_own(open_editor):
     assert at(editor.session.data, ["humans", 2, "desired_speed"]) == 1.1
 
 
+def test_behaviors_name_the_same_people_after_one_is_removed(open_editor):
+    text = """\
+humans:
+  - {name: ann, pose: [0, 4, 0], behavior: {type: talk, people: "3"}}
+  - {name: ben, pose: [2, 0, 0]}
+  - {name: eva, pose: [0, 2, 0]}
+  - {name: tom, pose: [2, 2, 0]}
+"""
+    editor = open_editor(text)
+    editor.part("humans/1").click()
+    editor.press("Delete")
+    editor.wait(lambda it: len(it.data["humans"]) == 3)
+    editor.settle()
+    numbers = {it.name: it.id for it in editor.session.scenario.humans}
+    assert numbers["eva"] == 3
+    assert numbers["tom"] == 4
+    editor.undo_all()
+    assert editor.session.text == text
+
+
 def test_escape_takes_a_drag_back(open_editor):
     editor = open_editor(SMALL)
     with editor.pressed(-3, 0):

@@ -2,6 +2,7 @@
 
 import math
 
+from hunav_drake.systems.people.furniture_places import with_furniture
 from tests.browser.driver import SMALL, at, near
 
 PLACES = (
@@ -81,6 +82,20 @@ def test_places_are_listed_copied_and_removed(open_editor):
     assert near(copy["slots"][0], (2.5, -1.5, 0), 0.01)
     editor.press("Delete")
     editor.wait(lambda it: len(it.data["places"]) == 2)
+
+
+def test_furniture_without_a_name_is_listed_by_that_of_its_place(open_editor):
+    editor = open_editor("""\
+world:
+  furniture:
+    - {type: table, center: [3, 0]}
+    - {type: chair, center: [3.75, 0], yaw: 3.1416}
+    - {type: chair, center: [2.25, 0]}
+""")
+    rows = editor.page.locator('[data-row^="world/furniture/"] .row-name')
+    editor.expect(rows).to_have_text(["table_1", "chair_1", "chair_2"])
+    places = with_furniture([], editor.session.scenario.world)
+    assert [it.name for it in places] == ["chair_1", "chair_2"]
 
 
 def test_a_fault_of_a_place_is_shown_at_it(open_editor):

@@ -29,15 +29,20 @@ function fromTheEnd(paths) {
   });
 }
 
-/** Returns the operations that delete parts; the start of a robot stands for it. */
+/**
+ * Returns the operations that delete parts; the start of a robot stands for it.
+ * Where behaviors name people by their numbers, those who stay keep theirs.
+ */
 export function deleteOps(data, paths) {
   const starts = robotsOf(data).map((it) => keyOf(startOf(it)));
   const parts = paths.map((it) => (it[0] === ROBOTS && starts.includes(keyOf(it)) ? robotPath(it) : it));
   // One robot stays.
   const isLast = (it) => it[0] === ROBOTS && it.length === 2 && it[1] === 0 && parts.filter((one) => one[0] === ROBOTS && one.length === 2).length === starts.length;
-  return fromTheEnd(parts)
-    .filter((it) => keyOf(it) !== keyOf(startOf([ROBOT])) && !isLast(it))
-    .map((it) => ["remove", it]);
+  const gone = paths.filter(isPerson).map((it) => it[1]);
+  const follow = peopleOf(data).map((_, i) => i).filter((i) => i > Math.min(...gone) && !gone.includes(i) && !data[HUMANS][i]?.id);
+  const isNamed = /people|_id|\.xml/.test(JSON.stringify(peopleOf(data).map((it) => it.behavior)));
+  const removed = fromTheEnd(parts).filter((it) => keyOf(it) !== keyOf(startOf([ROBOT])) && !isLast(it));
+  return [...(isNamed ? follow.map((i) => ["set", [HUMANS, i, "id"], i + 1]) : []), ...removed.map((it) => ["remove", it])];
 }
 
 /** Returns a name that is not taken: bruno, bruno_2, bruno_3. */

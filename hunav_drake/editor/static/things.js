@@ -97,8 +97,11 @@ export function nameOf(data, path) {
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (isPlace(path)) return value?.name || `place_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {
+    if (value.name) return value.name;
+    // As places that furniture brings are named.
+    const before = valueAt(data, path.slice(0, -1)).slice(0, path.at(-1) + 1);
     const kind = value.type ?? String(path.at(-2)).replace(/s$/, "");
-    return value.name || `${String(kind).replace("_", " ")} ${Number(path.at(-1)) + 1}`;
+    return `${kind}_${before.filter((it) => it?.type === value.type).length}`;
   }
   return path.filter((it) => typeof it === "string").join(" ") || "scenario";
 }
