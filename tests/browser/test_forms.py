@@ -75,6 +75,19 @@ def test_broken_text_is_told_and_the_map_kept(open_editor):
     banner.wait_for(state="hidden")
 
 
+def test_people_only_begun_in_the_text_do_not_stop_the_page(open_editor):
+    editor = open_editor(
+        "humans:\n  -\n  - {name: b, pose: [-3, 0, 90deg]}\nsensors: {a: {}}\n"
+    )
+    editor.part("humans/1").click()
+    editor.expect(editor.field("name").locator("input")).to_have_value("b")
+    editor.drag((-3, 0), (-2, 1))
+    editor.wait_for(["humans", 1, "pose"], [-2, 1, "90deg"])
+    editor.undo_all()
+    problems = editor.page.locator(".problem")
+    editor.expect(problems.filter(has_text="sensors")).not_to_have_count(0)
+
+
 def test_a_broken_text_is_told_together_with_its_reason(open_editor):
     wrong = SMALL.replace("desired_speed: 1.1", "desired_speed: 99")
     editor = open_editor(wrong)

@@ -1,6 +1,6 @@
 import { svg } from "./dom.js";
 import { keyOf, pathOf, valueAt } from "./data.js";
-import { ROBOT, ROBOTS, behaviorOf, drawnOf, goalsOf, nameOf, startOf } from "./things.js";
+import { ROBOT, ROBOTS, behaviorOf, drawnOf, goalsOf, nameOf, peopleOf, startOf } from "./things.js";
 
 /** Returns the key of the nearest drawing to a path, or null. */
 function nearest(drawn, path) {
@@ -41,7 +41,7 @@ export function makeMarks(store, map) {
     }
     const name = nameOf(data, path);
     if (path[0] !== "humans" || path.length !== 2) return name;
-    const person = valueAt(data, path);
+    const person = peopleOf(data)[path[1]];
     const goals = goalsOf(person).length;
     return `${name}, ${behaviorOf(person, catalog.defaults?.human)}, ${goals} ${goals === 1 ? "goal" : "goals"}`;
   }

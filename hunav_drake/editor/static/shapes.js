@@ -56,7 +56,7 @@ export class PersonShape {
   }
 
   update(person, look, defaults) {
-    this.pose = isPose(person.pose) ? person.pose : [...(isPoint(person.pose) ? person.pose : [0, 0]), 0];
+    this.pose = isPose(person.pose) ? person.pose : [...(isPoint(person.pose) ? person.pose.slice(0, 2) : [0, 0]), 0];
     this.element.style.display = isPoint(person.pose) ? "" : "none";
     this.radius = person.radius > 0 ? Math.min(person.radius, 5) : defaults.radius ?? 0.35;
     this.behavior = behaviorOf(person, defaults);

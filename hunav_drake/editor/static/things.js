@@ -14,11 +14,14 @@ const WORLD = "world";
 
 const TURN = 2 * Math.PI;
 
+/** Returns a list of mappings; in place of what is none, an empty one. */
+const mappings = (list) => (Array.isArray(list) ? list.map((it) => (it && typeof it === "object" ? it : {})) : []);
+
 /** Returns the list of people. */
-export const peopleOf = (data) => (Array.isArray(data[HUMANS]) ? data[HUMANS].filter((it) => it && typeof it === "object") : []);
+export const peopleOf = (data) => mappings(data[HUMANS]);
 
 /** Returns the list of places. */
-export const placesOf = (data) => (Array.isArray(data[PLACES]) ? data[PLACES].map((it) => (it && typeof it === "object" ? it : {})) : []);
+export const placesOf = (data) => mappings(data[PLACES]);
 
 /** Returns the cohorts of the population. */
 export const cohortsOf = (data) => {
@@ -97,11 +100,11 @@ export function nameOf(data, path) {
   if (path.length === 2 && path[0] === HUMANS) return value?.name || `human_${path[1] + 1}`;
   if (isPlace(path)) return value?.name || `place_${path[1] + 1}`;
   if (value && typeof value === "object" && !Array.isArray(value)) {
-    if (value.name) return value.name;
+    const list = valueAt(data, path.slice(0, -1));
+    if (value.name || !Array.isArray(list)) return value.name || path.join(" ");
     // As places that furniture brings are named.
-    const before = valueAt(data, path.slice(0, -1)).slice(0, path.at(-1) + 1);
-    const kind = value.type ?? String(path.at(-2)).replace(/s$/, "");
-    return `${kind}_${before.filter((it) => it?.type === value.type).length}`;
+    const before = list.slice(0, path.at(-1) + 1).filter((it) => it?.type === value.type);
+    return `${value.type ?? String(path.at(-2)).replace(/s$/, "")}_${before.length}`;
   }
   return path.filter((it) => typeof it === "string").join(" ") || "scenario";
 }
