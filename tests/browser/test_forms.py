@@ -188,6 +188,33 @@ def test_a_faulty_import_is_told_with_its_line(open_editor, tmp_path):
     assert editor.session.text == SMALL
 
 
+def test_what_was_just_typed_is_saved(open_editor, tmp_path):
+    editor = open_editor(SMALL)
+    editor.tab("yaml")
+    area = editor.page.locator("textarea.yaml")
+    area.press_sequentially("# mine\n")
+    editor.press("Control+s")
+    path = tmp_path / "scene.yaml"
+    editor.wait(lambda _: "# mine" in path.read_text())
+    editor.part("humans/0").click()
+    name = editor.field("name").locator("input")
+    name.fill("zoe")
+    editor.press("Control+s")
+    editor.wait(lambda _: "zoe" in path.read_text())
+
+
+def test_a_text_stays_typed_while_the_page_is_told_something(open_editor):
+    editor = open_editor(SMALL)
+    editor.part("humans/0").click()
+    name = editor.field("name").locator("input")
+    name.fill("zoe")
+    name.press("Tab")
+    # As when the simulation has checked the scenario.
+    with editor.session._lock:
+        editor.session.send_state(None, None)
+    editor.wait_for(["humans", 0, "name"], "zoe")
+
+
 def test_save_writes_that_file_only(open_editor, tmp_path):
     other = tmp_path / "other.yaml"
     other.write_text("humans: []\n")

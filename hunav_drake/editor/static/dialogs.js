@@ -1,4 +1,4 @@
-import { button, fill, h } from "./dom.js";
+import { button, doNow, fill, h } from "./dom.js";
 import { arrayOps, copied, wordsFor } from "./changes.js";
 import { numberInput, words } from "./fields.js";
 
@@ -183,7 +183,11 @@ export function addDialogs(store, root) {
   store.listen("ask", question);
   store.listen("note", ({ message }) => store.tell("say", { message, error: false }));
   store.listen("notes", ({ title, notes }) => show(title, h("p", null, "Not imported:"), h("ul", { class: "notes" }, notes.map((it) => h("li", null, it))), buttons(act("Close", () => {}, true))));
-  store.listen("save", () => (store.filename ? store.ask({ do: "save" }) : saveAs()));
+  store.listen("save", () => {
+    doNow();
+    if (store.filename) store.ask({ do: "save" });
+    else saveAs();
+  });
   store.listen("saved", ({ filename }) => store.tell("say", { message: `Saved ${filename.split(/[\\/]/).at(-1)}`, error: false }));
   store.listen("help", () => show("Keys and gestures", h("table", { class: "keys" }, h("tbody", null, HELP.map(([what, how]) => h("tr", null, h("th", { scope: "row" }, what), h("td", null, how)))))));
 

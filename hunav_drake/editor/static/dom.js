@@ -84,12 +84,26 @@ export function refill(element, ...children) {
 export function later(wait, f) {
   let timer = 0;
   const call = (...values) => {
-    clearTimeout(timer);
-    timer = setTimeout(() => f(...values), wait);
+    call.stop();
+    const act = () => {
+      call.stop();
+      f(...values);
+    };
+    timer = setTimeout(act, wait);
+    due.set(call, act);
   };
-  call.stop = () => clearTimeout(timer);
+  call.stop = () => {
+    clearTimeout(timer);
+    due.delete(call);
+  };
   return call;
 }
+
+/** What `later` has put off. */
+const due = new Map();
+
+/** Does at once what `later` has put off, as sending what was typed. */
+export const doNow = () => [...due.values()].forEach((act) => act());
 
 /** Returns a function that calls f once at the next frame. */
 export function atFrame(f) {

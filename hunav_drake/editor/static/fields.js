@@ -177,12 +177,15 @@ export function numberField(target, node, path) {
 
 export function textField(target, node, path) {
   const input = node.long ? h("textarea", { rows: 3 }) : h("input", { type: "text", autocomplete: "off", maxlength: node.schema.maxLength });
-  const send = later(300, () => {
+  const commit = later(300, () => send());
+  // At once where another field is next: a refresh would undo what is typed.
+  function send() {
+    commit.stop();
     if (input.value === "" && (node.hasDefault || node.optional)) target.reset(path);
     else target.set(path, input.value);
-  });
-  input.addEventListener("input", () => send());
-  input.addEventListener("change", () => send());
+  }
+  input.addEventListener("input", () => commit());
+  input.addEventListener("change", send);
   const all = row(target, node, path, input, { wide: node.long });
   return {
     element: all.element,

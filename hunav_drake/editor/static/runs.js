@@ -1,4 +1,4 @@
-import { atFrame, button, fill, h, refill } from "./dom.js";
+import { atFrame, button, doNow, fill, h, refill } from "./dom.js";
 import { makeGhosts } from "./ghosts.js";
 import { makePlayer } from "./player.js";
 import { told } from "./problems.js";
@@ -142,6 +142,7 @@ export function makeRunsPanel(store) {
   }
 
   function run() {
+    doNow();
     store.showTab("runs");
     const wanted = readSeeds(seeds.value);
     seeds.toggleAttribute("aria-invalid", false);
