@@ -2,10 +2,9 @@
 
 import inspect
 
-from pydrake.systems.framework import DiagramBuilder
 import pytest
 
-from hunav_drake import LoadScenario, MakeTrialDiagram
+from hunav_drake import MakeTrialDiagram
 from tests.hunav_drake.test_branches import PAIR, stage
 
 
