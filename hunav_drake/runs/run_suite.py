@@ -107,6 +107,9 @@ def RunSuite(
             done = _take_done(log, plans, hash_of_all(code))
         if all(plan.is_done for plan in plans):
             return _result(suite, plans, done, out)
+        if out is not None:
+            # Tables of other runs: until the end, the suite is unfinished.
+            (out / "suite.json").unlink(missing_ok=True)
         window = 2 * workers + 2
         if in_this_process:
             # This process writes each run before it starts the next.

@@ -65,6 +65,31 @@ def test_a_page_of_other_runs_does_not_stay(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("fresh", [True, False])
+def test_a_suite_that_goes_on_is_unfinished_until_its_end(
+    suite_folder, tmp_path, capsys, fresh
+):
+    folder = shutil.copytree(suite_folder, tmp_path / "two")
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        RunSuite(
+            LoadSuite(data=SUITE.replace("seeds: 2", "seeds: 3")),
+            out=folder,
+            workers=1,
+            fresh=fresh,
+            progress=interrupt,
+        )
+    runs = len((folder / "runs.jsonl").read_text().splitlines())
+    assert runs == (3 if fresh else 5)
+    assert cli.main(["report", str(folder)]) == 0
+    assert f"the report on {runs} runs" in capsys.readouterr().out
+    assert "unfinished" in (folder / "report.html").read_text()
+
+
+@pytest.mark.slow
 def test_figures_and_tables_of_a_suite(suite_folder, tmp_path, capsys):
     latex, figures = tmp_path / "mine.tex", tmp_path / "figures"
     words = ["report", str(suite_folder), "--metrics", "path_length"]
