@@ -109,6 +109,15 @@ _TWO_PLANNERS = Fault(
     " names; leave out one of both",
 )
 
+_SEED = re.compile(r"\s*simulation\.seed\s*=")
+_TWO_SEEDS = Fault(
+    "suite",
+    0,
+    "overrides",
+    "a change of `simulation.seed` would have no effect: `seeds` has the seeds"
+    " of all runs, as in seeds: [3, 7]; leave it out",
+)
+
 
 def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
     """Returns all cells of a suite, after checking each of them.
@@ -141,6 +150,8 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                 if keys and any(map(_PLANNER.match, overrides[1:])):
                     faults[_TWO_PLANNERS] = None
                     continue
+                if any(map(_SEED.match, overrides)):
+                    faults[_TWO_SEEDS] = None
                 try:
                     if kind is None:
                         loaded = LoadScenario(

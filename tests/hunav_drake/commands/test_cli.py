@@ -389,6 +389,11 @@ def test_a_name_in_another_script_needs_no_unicode():
             ["run", "passing", "--set", "robot.type=pmb2", "--relative"],
             "--relative: nobody can be left out",
         ),
+        (["risk", "passing", "--fresh"], "--fresh: is for --out"),
+        (
+            ["risk", "passing", "--set", "simulation.seed=5"],
+            "--set simulation.seed=5: would have no effect",
+        ),
     ],
 )
 def test_options_that_would_do_nothing_are_told(hunav, tmp_path, words, told):

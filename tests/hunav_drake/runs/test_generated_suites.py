@@ -119,6 +119,15 @@ def test_a_change_of_the_planner_is_refused_beside_listed_planners(change):
         make_cells(suite)
 
 
+def test_a_change_of_the_seed_is_refused_beside_seeds():
+    suite = LoadSuite(
+        data="{scenarios: [passing], seeds: 2, settings: {usual: [], other:"
+        " ['simulation.seed=5']}}"
+    )
+    with pytest.raises(ScenarioError, match=r"`seeds` has the seeds of all"):
+        make_cells(suite)
+
+
 def test_an_overriding_tree_counts_for_the_hash(tmp_path):
     tree = tmp_path / "own.xml"
     hashes = []

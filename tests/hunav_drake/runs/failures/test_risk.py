@@ -102,7 +102,7 @@ def test_the_command_tells_the_estimate(hunav, tmp_path):
     file = tmp_path / "scene.yaml"
     file.write_text(SCENE)
     words = ["risk", file, "--budget", 4, "--workers", 1, "--set"]
-    code, _, err = hunav(*words, "simulation.seed=1")
+    code, _, err = hunav(*words, "robot.radius=0.3")
     assert code == 2
     assert "same trial" in err
     code, out, _ = hunav(*words, DRAWS, "--json", "--quiet")
