@@ -75,7 +75,7 @@ def comparable(runs: pd.DataFrame, on: str) -> pd.DataFrame:
     """
     keys = [on, "seed", *(["repetition"] * ("repetition" in runs))]
     seeded = runs[(runs["seed"] != "") & runs["seed"].notna()]
-    return seeded[~seeded.duplicated(keys, keep=False)]
+    return seeded[~seeded[keys].duplicated(keep=False)]
 
 
 def draws_nothing(runs: pd.DataFrame) -> pd.Series:
@@ -91,10 +91,11 @@ def _mean_repetitions(
     if "repetition" not in runs or "repetition" in keys:
         return runs
     about = [*keys, *(key for key in _RUN if key in runs and key not in keys)]
-    if not runs.duplicated(about).any():
+    # (pandas would look at all columns of a wide table.)
+    if not runs[about].duplicated().any():
         return runs
     # Without distinct repetitions, the runs differ in something unknown.
-    if runs.duplicated([*about, "repetition"]).any():
+    if runs[[*about, "repetition"]].duplicated().any():
         return runs
     values = runs[names].where(np.isfinite(runs[names]))
     parts = values.groupby(

@@ -111,17 +111,19 @@ def summarize(
         by = ("scenario", "planner", *(["setting"] * has_settings(runs)))
     by = _listed(by)
     _check_confidence(confidence)
-    names = _metric_columns(runs, by, metrics)
+    bare = _bare(runs)
+    names = _metric_columns(bare, by, metrics)
     known_rates = _listed(rates)
     found = [name for name in names if {name, base_name(name)} & {*known_rates}]
     for name in found:
-        _check_rate(name, runs)
-    goals = arrival_rates(runs)
+        _check_rate(name, bare)
+    goals = arrival_rates(bare)
     columns = list(dict.fromkeys([*names, *goals]))
     rows = {}
-    for kind, part in _groups(once_per_seed(_bare(runs), by, columns), by):
+    for kind, part in _groups(once_per_seed(bare, by, columns), by):
+        ends_of_runs = part[goals]
         for name in names:
-            done = arrivals(part[goals], name)
+            done = arrivals(ends_of_runs, name)
             has_goals = bool(np.isfinite(done).any())
             values = part[name].to_numpy(dtype=float)
             finite = np.isfinite(values)
@@ -306,12 +308,13 @@ def _values(
         The kind of runs, the metric, the values of both sides, and whether
         they are those of pairs in which both arrive.
     """
+    runs = _bare(runs)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     goals = arrival_rates(runs)
     columns = list(dict.fromkeys([*names, *goals]))
     for name in filter(is_rate, columns):
         _check_rate(name, runs)
-    told = once_per_seed(_bare(runs), [*by, *pair, on], columns)
+    told = once_per_seed(runs, [*by, *pair, on], columns)
     one, other = _pairs(told, sides, on, [*by, *pair], columns)
     kinds = one.index.to_frame(index=False)
     for kind, part in _groups(kinds, by):
