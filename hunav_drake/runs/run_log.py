@@ -29,13 +29,18 @@ def append_rows(folder: Path, rows: Iterable[RunRow]) -> None:
         OSError: If it cannot be written.
     """
     lines = "".join(row_to_json(row) + "\n" for row in rows)
+    path = folder / NAME
     if lines:
-        with (folder / NAME).open("a+b") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            _cut(file)
-            file.write(lines.encode())
-            file.flush()
-            os.fsync(file.fileno())
+        try:
+            with path.open("a+b") as file:
+                fcntl.flock(file, fcntl.LOCK_EX)
+                _cut(file)
+                file.write(lines.encode())
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            # The error of a full disk has no file.
+            raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def read_rows(path: Path) -> Iterator[RunRow]:

@@ -88,9 +88,9 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
             yield file
         os.replace(draft, target)
     except OSError as error:
-        if error.filename != str(draft):
+        if error.filename not in (str(draft), None):
             raise
-        # The user does not know the name of the draft.
+        # A full disk has no name, and the user does not know the draft's.
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         with suppress(OSError):

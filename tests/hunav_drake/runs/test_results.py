@@ -15,7 +15,8 @@ from hunav_drake import ReadRecording
 from hunav_drake.runs import result_files
 from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_folders import find_pages, find_runs
-from hunav_drake.runs.run_log import NAME, read_rows
+from hunav_drake.runs.run_log import NAME, append_rows, read_rows
+from hunav_drake.runs.run_row import make_row
 from hunav_drake.runs.run_table import ReadRuns, WriteTables, tabulate_runs
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
@@ -566,6 +567,16 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch, call):
     assert info.value.errno == errno.ENOSPC
     assert snapshot(tmp_path) == before
     assert os.listdir(tmp_path / "runs") == ["a"]
+
+
+def test_a_log_on_a_full_disk_is_named(tmp_path, monkeypatch):
+    def full(*args):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left") as info:
+        append_rows(tmp_path, [make_row(make_timeout(), "a")])
+    assert info.value.filename == str(tmp_path / NAME)
 
 
 def test_the_table_for_the_terminal_is_narrow_and_complete():

@@ -1,3 +1,4 @@
+import errno
 import os
 
 import pytest
@@ -53,6 +54,18 @@ def test_the_error_names_the_file_that_was_given(
     with pytest.raises(error, match=words) as info, atomic_write(name):
         pass
     assert info.value.filename == name
+
+
+def test_the_error_of_a_full_disk_names_the_file(tmp_path):
+    path = tmp_path / "table.csv"
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    with (
+        pytest.raises(OSError, match="No space left") as info,
+        atomic_write(path),
+    ):
+        raise full
+    assert info.value.filename == str(path)
+    assert not os.listdir(tmp_path)
 
 
 def test_a_device_is_not_replaced():
