@@ -83,6 +83,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     0: done; 1: a trial did not end at its goal; 2: bad input.
     """
+    # A closed output (`>&-`) is None in Python.
+    sys.stdout, sys.stderr = (
+        stream or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
+        for stream in (sys.stdout, sys.stderr)
+    )
     # Names in other scripts do not fail where the output is ASCII.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -96,6 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             # Its type is that of a function with more arguments.
             warnings.showwarning = _show_warning  # type: ignore[assignment]
+            _check_here()
             import_user_code(imports)
             code: int = options.function(options)
         sys.stdout.flush()
@@ -145,6 +151,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return FAILED
     return code
+
+
+def _check_here() -> None:
+    """Refuses a current folder that does not exist: no path starts there."""
+    try:
+        os.getcwd()
+    except FileNotFoundError as error:
+        raise InputError(
+            "the current folder was deleted; go to one that exists, as by cd ~"
+        ) from error
 
 
 def _show_warning(message: Warning | str, *_: object) -> None:

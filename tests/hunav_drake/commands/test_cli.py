@@ -349,6 +349,23 @@ def test_an_output_that_is_full_is_told(word):
     assert done.stderr == "hunav: No space left on device\n"
 
 
+def test_a_closed_output_is_no_error():
+    command = f"{sys.executable} -m hunav_drake.commands.cli list >&- 2>&-"
+    assert subprocess.run(command, shell=True, check=False).returncode == 0
+
+
+def test_a_current_folder_that_was_deleted_is_told(
+    hunav, tmp_path, monkeypatch
+):
+    folder = tmp_path / "deleted"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    code, _, err = hunav("list")
+    assert code == 2
+    assert err.startswith("hunav: the current folder was deleted; go to one")
+
+
 @pytest.mark.slow
 def test_a_name_in_another_script_needs_no_unicode():
     done = subprocess.run(
