@@ -9,7 +9,12 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import DONE, FAILED, input_errors
+from hunav_drake.commands.errors import (
+    DONE,
+    FAILED,
+    check_out,
+    input_errors,
+)
 from hunav_drake.commands.options import (
     add_executor_options,
     add_import_option,
@@ -159,6 +164,13 @@ def _bench(options: argparse.Namespace) -> int:
         return DONE
     with input_errors(ScenarioError, ValueError, UnfitWorkerError):
         select_metrics([options.show])
+        if page := options.markdown:
+            if page.is_dir():
+                raise InputError(
+                    f"--markdown {page}: is a folder; name a file, such as"
+                    f" {page / 'results.md'}"
+                )
+            check_out(page.parent, "", "--markdown")
         suite = _suite(options)
         out = options.out / suite.name
         path = Path(options.suite)
@@ -278,10 +290,11 @@ def _write_markdown(result: "SuiteResult", options: argparse.Namespace) -> None:
         words += ["--import", name]
     words += ["--markdown", str(options.markdown)]
     page = to_markdown(result, shlex.join(words))
-    with input_errors(place=options.markdown):
-        options.markdown.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(options.markdown) as file:
-            file.write(page.encode())
+    with (
+        input_errors(place=options.markdown),
+        atomic_write(options.markdown) as file,
+    ):
+        file.write(page.encode())
 
 
 def _print(

@@ -424,6 +424,16 @@ def test_the_metric_of_the_progress_bar_is_one(hunav, tmp_path):
     assert "did you mean 'path_length'" in err
 
 
+@pytest.mark.parametrize("page", ["", "file/page.md"])
+def test_a_page_that_cannot_be_written_is_told_at_once(hunav, tmp_path, page):
+    (tmp_path / "file").touch()
+    page, out = tmp_path / page, tmp_path / "out"
+    code, _, err = hunav("bench", "paper", "--markdown", page, "--out", out)
+    assert code == 2
+    assert err.startswith("hunav: --markdown ")
+    assert not out.exists()
+
+
 @pytest.mark.slow
 def test_the_page_of_markdown_tells_its_command(hunav, tmp_path):
     file, page = tmp_path / "small.yaml", tmp_path / "page.md"
