@@ -96,7 +96,8 @@ class RunLog:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if fresh:
                 self._begin_anew()
-            self.path.touch()
+            if not self.path.is_file():
+                self.path.touch()
         except BlockingIOError as error:
             os.close(self._lock)
             raise BlockingIOError(

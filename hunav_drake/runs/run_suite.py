@@ -107,7 +107,9 @@ def RunSuite(
             done = _take_done(log, plans, hash_of_all(code))
         if all(plan.is_done for plan in plans):
             return _result(suite, plans, done, out)
-        if out is not None:
+        if log is not None and out is not None:
+            # Not at the first run, if nothing can be written.
+            log.path.touch()
             # Tables of other runs: until the end, the suite is unfinished.
             (out / "suite.json").unlink(missing_ok=True)
         window = 2 * workers + 2

@@ -228,6 +228,12 @@ def test_runs_of_before_code_had_a_hash_are_of_other_code(suite, out):
         RunSuite(suite, out=out, workers=1)
 
 
+def test_a_finished_suite_may_be_where_nothing_can_be_written(suite, out):
+    times = {it: it.stat().st_mtime_ns for it in out.rglob("*")}
+    RunSuite(suite, out=out, workers=1)
+    assert {it: it.stat().st_mtime_ns for it in out.rglob("*")} == times
+
+
 def test_two_drivers_cannot_share_a_folder(suite, tmp_path):
     with (
         RunLog(tmp_path),
