@@ -149,15 +149,20 @@ def WriteFigures(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     paths, floats = [], []
+    taken: set[str] = set()
     settings = {"pdf.fonttype": 42, "svg.hashsalt": "hunav_drake"}
     for scenario, part in table.groupby("scenario", sort=False):
-        for metric in metrics:
+        for metric in dict.fromkeys(metrics):
             if part[metric].notna().any():
                 for it in comparison_figures(part, metric):
                     words = (str(scenario), metric, it.name)
                     stem = file_name_part("_".join(filter(None, words)))
                     # (LaTeX takes what is after a dot for a format.)
                     stem = stem.replace(".", "-")
+                    # What is left of other names may be the same.
+                    while stem.lower() in taken:
+                        stem += "_"
+                    taken.add(stem.lower())
                     with mpl.rc_context(settings):
                         drawing = drawn(it.size, it.draw)
                         for kind in formats:

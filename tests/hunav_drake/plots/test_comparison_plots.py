@@ -305,6 +305,24 @@ def test_figures_are_of_results_too(tmp_path):
     ]
 
 
+def test_scenarios_with_names_in_another_script_have_figures_of_their_own(
+    tmp_path,
+):
+    runs = pd.concat(
+        [
+            runs_of(a=it).assign(scenario=name)
+            for name, it in {"大廳": A, "房間": B}.items()
+        ]
+    )
+    paths = WriteFigures(
+        runs, tmp_path, metrics=["time_to_reach_goal"], formats=["svg"]
+    )
+    assert len(set(paths)) == len(paths) == 5
+    assert len({it.read_bytes() for it in paths}) == 5
+    tex = (tmp_path / "figures.tex").read_text()
+    assert all(f"{{{it.stem}}}" in tex for it in paths[:-1])
+
+
 def test_a_robot_without_a_goal_has_no_distribution_of_its_time():
     runs = runs_of(a=A).rename(
         columns={"time_to_reach_goal": "anna.time_to_reach_goal"}
