@@ -13,9 +13,10 @@ from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.common.old_words import TAG
 
 # The path of a part of a scenario, as in humans[1].goals[0].
-_KEY = r"[A-Za-z_][\w-]*"
-_PATH = re.compile(rf"{_KEY}(\.{_KEY}|\[[0-9]{{1,9}}\])*", re.ASCII)
-_STEP = re.compile(rf"({_KEY})|\[([0-9]+)\]", re.ASCII)
+# (Names of people may have letters of any script.)
+_KEY = r"[^\W\d][\w-]*"
+_PATH = re.compile(rf"{_KEY}(\.{_KEY}|\[[0-9]{{1,9}}\])*")
+_STEP = re.compile(rf"({_KEY})|\[([0-9]+)\]")
 _MAX_STEPS = 20
 
 

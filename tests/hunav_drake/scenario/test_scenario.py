@@ -157,6 +157,15 @@ def test_members_of_lists_of_each_robot_go_by_name_too():
     assert found == [[0.0, 0.1], [0.1], [0.0, 0.1]]
 
 
+@pytest.mark.parametrize("name", ["zoé", "愛", "été_2"])
+def test_people_with_any_letters_go_by_name(name):
+    scenario = LoadScenario(
+        data=f"humans: [{{pose: [5, 5, 0]}}, {{name: {name}, pose: [7, 7, 0]}}]",
+        overrides=[f"humans.{name}.radius=0.4"],
+    )
+    assert [it.radius for it in scenario.humans] == [0.35, 0.4]
+
+
 def test_an_override_can_mend_a_fault_of_the_file():
     data = "robot: {radius: -1}"
     assert LoadScenario(data=data, overrides="robot.radius=1").robot.radius == 1
