@@ -131,6 +131,9 @@ def _report_runs(
     if len(left_out) > _MOST_LINES:
         more = len(left_out) - _MOST_LINES
         print(f"hunav: ... and {more} more: see the report", file=sys.stderr)
+    if not results and not left_out:
+        # The runs of a suite whose recordings were not copied.
+        return _report_suite(directory, page, options)
     if not results:
         raise InputError(f"{directory}: there is no run to report on")
     # Imported only now, because they take long to load.

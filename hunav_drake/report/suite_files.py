@@ -173,7 +173,12 @@ def _many_runs(
 
     def recording(index: int) -> Recording | None:
         path = kept.get(index)
-        return Recording.load(path) if path and path.is_file() else None
+        try:
+            return Recording.load(path) if path and path.is_file() else None
+        except ValueError as error:
+            raise ValueError(
+                f"{error}; delete it, and the report has no plot of this run"
+            ) from error
 
     cells = about.get("cells", [])
     provenance = dict(about.get("provenance", {}))

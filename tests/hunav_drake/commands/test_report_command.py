@@ -65,6 +65,22 @@ def test_a_page_of_other_runs_does_not_stay(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_suite_may_have_no_recordings(suite_folder, tmp_path, capsys):
+    folder = shutil.copytree(suite_folder, tmp_path / "two")
+    damaged = folder / "recordings" / "crossing_slow_0.npz"
+    damaged.write_bytes(b"")
+    assert cli.main(["report", str(folder)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"hunav: {damaged}: is not a recording, or is")
+    assert told.endswith("; delete it, and the report has no plot of this run\n")
+    # Only the log was copied.
+    shutil.rmtree(folder / "recordings")
+    (folder / "suite.json").unlink()
+    assert cli.main(["report", str(folder)]) == 0
+    assert "the report on 4 runs" in capsys.readouterr().out
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("fresh", [True, False])
 def test_a_suite_that_goes_on_is_unfinished_until_its_end(
     suite_folder, tmp_path, capsys, fresh
