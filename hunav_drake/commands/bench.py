@@ -9,12 +9,7 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import (
-    DONE,
-    FAILED,
-    check_out,
-    input_errors,
-)
+from hunav_drake.commands.errors import DONE, FAILED, check_out, input_errors
 from hunav_drake.commands.options import (
     add_executor_options,
     add_import_option,

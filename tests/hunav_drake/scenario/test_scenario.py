@@ -160,7 +160,8 @@ def test_members_of_lists_of_each_robot_go_by_name_too():
 @pytest.mark.parametrize("name", ["zoé", "愛", "été_2"])
 def test_people_with_any_letters_go_by_name(name):
     scenario = LoadScenario(
-        data=f"humans: [{{pose: [5, 5, 0]}}, {{name: {name}, pose: [7, 7, 0]}}]",
+        data="humans: [{pose: [5, 5, 0]},"
+        f" {{name: {name}, pose: [7, 7, 0]}}]",
         overrides=[f"humans.{name}.radius=0.4"],
     )
     assert [it.radius for it in scenario.humans] == [0.35, 0.4]
