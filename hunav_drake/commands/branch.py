@@ -230,7 +230,7 @@ def _fork(options: argparse.Namespace) -> Any:
         more.append(f"simulation.seed={options.seed}")
     scenario = load_scenario(options.scenario, options, more)
     if options.out is not None:
-        check_out(options.out)
+        check_out(options.out, "")
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.trial.context_file import LoadContext
     from hunav_drake.trial.diagram import MakeTrialDiagram

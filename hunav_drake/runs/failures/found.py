@@ -118,7 +118,8 @@ class Failures:
                 "person": it.person,
                 "kind": it.kind,
                 "closing_speed": it.failing.closing_speed,
-                "people": len(it.scenario.humans),
+                "people": len(it.scenario.humans)
+                + it.scenario.population.number,
                 "run": it.run,
                 "found": it.found,
             }
