@@ -51,7 +51,7 @@ from hunav_drake.runs.settings import contenders
 from hunav_drake.runs.statistics import LEAST_PAIRS
 from hunav_drake.systems.common.suggest import counted
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.trial.metric_facts import FACTS, headline_of, unit_of
+from hunav_drake.trial.metric_facts import FACTS, Facts, headline_of, unit_of
 from hunav_drake.trial.quantity_text import label_text
 
 # The maximum number of lines in a plot over time.
@@ -246,7 +246,7 @@ def _own_metrics(runs: pd.DataFrame, own: pd.Series) -> pd.DataFrame:
     others = others_of(part, runs) & {*runs.attrs.get("units", ())}
     part = part.drop(columns=[*others])
     part.attrs = {
-        key: {it: fact for it, fact in facts.items() if it not in others}
+        key: Facts((it, facts[it]) for it in facts if it not in others)
         for key, facts in runs.attrs.items()
     }
     return part

@@ -20,6 +20,7 @@ from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.trial.metric_facts import (
     FACTS,
+    Facts,
     Table,
     direction_of,
     facts_of,
@@ -133,7 +134,7 @@ class RunRow(NamedTuple):
         return series
 
     @property
-    def attrs(self) -> dict[str, dict[str, str]]:
+    def attrs(self) -> dict[str, Facts]:
         """The facts about its metrics, as the `attrs` of a table."""
         return table_facts(self.metrics, self.facts)
 
@@ -189,7 +190,7 @@ def make_row(result: TrialResult, tag: str = "") -> RunRow:
 
 def table_facts(
     names: Iterable[str], own: Mapping[str, MetricFacts]
-) -> dict[str, dict[str, str]]:
+) -> dict[str, Facts]:
     """Returns the `attrs` of a table with some metrics.
 
     Args:

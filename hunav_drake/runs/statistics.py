@@ -37,7 +37,12 @@ from hunav_drake.systems.evaluation.metric import (
     METRICS,
     base_name,
 )
-from hunav_drake.trial.metric_facts import bounds_of, direction_of, unit_of
+from hunav_drake.trial.metric_facts import (
+    Facts,
+    bounds_of,
+    direction_of,
+    unit_of,
+)
 from hunav_drake.trial.quantity_text import ROUNDING
 
 Names = str | Iterable[str]
@@ -471,5 +476,5 @@ def _table(
     table = pd.DataFrame(list(rows.values()))
     table.index = pd.MultiIndex.from_tuples(list(rows), names=names)
     units = {row[-1]: unit_of(runs, row[-1]) for row in rows}
-    table.attrs["units"] = {name: unit for name, unit in units.items() if unit}
+    table.attrs["units"] = Facts((it, units[it]) for it in units if units[it])
     return table

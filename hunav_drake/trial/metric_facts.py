@@ -51,6 +51,17 @@ _FRACTIONS = (
 )
 
 
+class Facts(dict[str, str]):
+    """A fact of each metric, which the copies of a table share.
+
+    (pandas copies the `attrs` at each step, and even for each row.)
+    """
+
+    def __deepcopy__(self, memo: Any) -> "Facts":
+        """Returns itself."""
+        return self
+
+
 class Table(Protocol):
     """A pandas table, or a `TrialResult`, with facts about its metrics."""
 
@@ -72,11 +83,13 @@ def headline_of(table: Table) -> list[str]:
     ]
 
 
-def facts_of(names: Iterable[str]) -> dict[str, dict[str, str]]:
+def facts_of(names: Iterable[str]) -> dict[str, Facts]:
     """Returns the `attrs` of a table with some registered metrics."""
     names = list(names)
     return {
-        key: {it: str(getattr(METRICS[base_name(it)], fact)) for it in names}
+        key: Facts(
+            {it: str(getattr(METRICS[base_name(it)], fact)) for it in names}
+        )
         for fact, key in FACTS.items()
     }
 

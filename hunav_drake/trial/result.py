@@ -59,7 +59,7 @@ class MetricTables:
         self,
         evaluation: Evaluation,
         evaluations_by_behavior: dict[str, Evaluation],
-        attrs: dict[str, dict[str, str]],
+        attrs: Mapping[str, dict[str, str]],
     ) -> None:
         """Constructs MetricTables: see the attributes."""
         self.evaluation = evaluation

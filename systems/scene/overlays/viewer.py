@@ -97,7 +97,6 @@ class MeshcatViewer(LeafSystem):
 
         All frames are while a browser shows the Meshcat, and while it records.
         """
-        self.ValidateContext(context)
         return (
             self._records
             or self._meshcat.GetNumActiveConnections() > 0
