@@ -429,6 +429,16 @@ def _listed(names: Names) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
+def check_columns(runs: pd.DataFrame, names: Iterable[Hashable]) -> None:
+    """Raises a ValueError if a table of runs does not have such columns."""
+    for name in names:
+        if name not in runs:
+            raise ValueError(
+                f"the table of runs has no column {shown(name)};"
+                f" {suggestion(str(name), list(map(str, runs.columns)))}"
+            )
+
+
 def _metric_columns(
     runs: pd.DataFrame, keys: list[str], metrics: Names | None
 ) -> list[str]:
@@ -442,12 +452,7 @@ def _metric_columns(
             and pd.api.types.is_numeric_dtype(runs[name])
         ]
     )
-    for name in [*keys, *names]:
-        if name not in runs:
-            raise ValueError(
-                f"the table of runs has no column {shown(name)};"
-                f" {suggestion(str(name), list(map(str, runs.columns)))}"
-            )
+    check_columns(runs, [*keys, *names])
     if runs.empty or not names:
         raise ValueError(
             f"there is nothing to describe: {len(runs)} runs, {len(names)}"

@@ -26,6 +26,7 @@ from hunav_drake.runs.statistics import (
     TIMES,
     arrival_rates,
     arrivals,
+    check_columns,
     compare,
     differences,
     is_rate,
@@ -289,6 +290,7 @@ def _prepared(
             table = table.assign(place=places)
     if "contender" not in table:
         by = "planner" if by == "contender" else by
+    check_columns(table, [metric, by])
     return table, metric, by
 
 

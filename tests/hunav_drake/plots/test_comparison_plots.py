@@ -164,6 +164,12 @@ def test_what_figures_lack_is_told(tmp_path):
     for column in ("planner", "seed"):
         with pytest.raises(ValueError, match=f"no column '{column}'"):
             plot_differences(runs.drop(columns=column), "path_length")
+    for plot in (plot_differences, plot_distribution):
+        for table in (runs, runs_of(a=A)):
+            with pytest.raises(ValueError, match="no column 'path_lenth'"):
+                plot(table, "path_lenth")
+    with pytest.raises(ValueError, match="no column 'robot'"):
+        plot_distribution(runs, "path_length", by="robot")
     with pytest.raises(ValueError, match=r"metrics: there is no 'path_lenth'"):
         WriteFigures(runs, tmp_path / "no", metrics=["path_lenth"])
     with pytest.raises(ValueError, match=r"formats: there is no 'eps'; valid"):

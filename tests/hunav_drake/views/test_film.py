@@ -329,6 +329,8 @@ def test_times_of_frames():
         ),
         ("film.gif", {"start": 2.0, "end": 1.0}, "not be before the first"),
         ("film.gif", {"overlays": ["forces"]}, "'forces' is not in recordings"),
+        ("film.gif", {"overlays": ["name"]}, "there is no 'name'; did you"),
+        ("film.gif", {"view": "above"}, "view: there is no 'above'; valid"),
     ],
 )
 def test_errors_name_value_and_remedy(run, tmp_path, name, options, message):
