@@ -247,7 +247,7 @@ def freeze(recording: Recording) -> Array:
     last = np.maximum.accumulate(np.where(slow, -1, np.arange(len(robot))))
     times = recording.times
     since = times[np.maximum(last, 0)]
-    return _PATIENCE - np.where(slow, times - since, 0.0)
+    return np.round(_PATIENCE - np.where(slow, times - since, 0.0), 9)
 
 
 @register_robustness("intrusion", unit="s")
@@ -262,7 +262,8 @@ def intrusion(recording: Recording) -> Array:
     spent = inside[1:] * features.intervals[:, None]
     within = np.zeros(inside.shape)
     within[1:] = np.cumsum(spent, axis=0)
-    return _INTRUSION - within
+    # (A sum of intervals has rounding errors, and just 2 s are no failure.)
+    return np.round(_INTRUSION - within, 9)
 
 
 @register_robustness("timeout", unit="s", timed=True)

@@ -133,6 +133,16 @@ def test_an_intrusion_lasts_longer_than_two_seconds():
     assert failing("intrusion", standing).robustness == 2.0
 
 
+@pytest.mark.parametrize("begin", range(0, 50, 7))
+def test_just_the_time_that_is_allowed_is_no_failure(begin):
+    robot, beside = walking(0, 0, 0.5, 0), walking(0, 0.9, 0.5, 0)
+    beside[: begin + 1, 1] = beside[begin + 21 :, 1] = 5.0
+    assert failing("intrusion", recorded(robot, beside)).robustness == 0.0
+    robot = walking(0, 0, 0.0, 0)
+    robot[: begin + 1, 3] = robot[begin + 51 :, 3] = 1.0
+    assert failing("freeze", recorded(robot)).robustness == 0.0
+
+
 def test_a_robot_that_does_not_arrive_is_late_by_the_way_left():
     found = failing("timeout", recorded(walking(0, 0, 1, 0)))
     assert math.isclose(found.robustness, -10.0)
