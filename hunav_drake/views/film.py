@@ -113,8 +113,8 @@ def RenderFilm(
         The absolute path of the film.
 
     Raises:
-        OSError: If there is no recording, or if the film cannot be written.
-        ValueError: If the recording cannot be read, if a value of the
+        OSError: If a file cannot be read, or if the film cannot be written.
+        ValueError: If there is no valid recording, if a value of the
             configuration is out of its range, if a mesh of a model cannot be
             rendered, or if a film of the file's type cannot be written.
     """

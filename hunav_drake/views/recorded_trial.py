@@ -163,8 +163,8 @@ def LoadRecordedTrial(path: str | Path) -> RecordedTrial:
             walls.
 
     Raises:
-        OSError: If there is no recording.
-        ValueError: If it cannot be read, or if there are several.
+        OSError: If a file cannot be read.
+        ValueError: If there is no valid recording, or if there are several.
     """
     path = Path(path)
     file = recording_file(path) if path.is_dir() else path
