@@ -88,7 +88,7 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
             yield file
         os.replace(draft, target)
     except OSError as error:
-        if error.filename not in (str(draft), None):
+        if not error.errno or error.filename not in (str(draft), None):
             raise
         # A full disk has no name, and the user does not know the draft's.
         raise OSError(error.errno, error.strerror, str(path)) from error

@@ -224,7 +224,7 @@ def test_check_counts_all_people(tmp_path, capsys):
     file = tmp_path / "hall.yaml"
     file.write_text(TEXT)
     assert cli.main(["check", str(file)]) == 0
-    assert "ok (9 people, 1 walls, planner pursuit)" in capsys.readouterr().out
+    assert "ok (9 people, 1 wall, planner pursuit)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("taken", [[5], [2**31 - 1], [2**31 - 1, 2, 0]])
