@@ -232,11 +232,15 @@ def _fork(options: argparse.Namespace) -> Any:
     if options.out is not None:
         check_out(options.out, "")
     from hunav_drake.scenario import ScenarioError
+    from hunav_drake.scenario.checks import check_begins_alone
     from hunav_drake.trial.context_file import LoadContext
     from hunav_drake.trial.diagram import MakeTrialDiagram
     from hunav_drake.trial.simulation import MakeTrialSimulator
 
     with input_errors(ScenarioError):
+        # (A saved Context has the trigger.)
+        if options.file is None:
+            check_begins_alone(scenario)
         diagram = MakeTrialDiagram(scenario)
     if options.file is not None:
         with input_errors(ValueError):

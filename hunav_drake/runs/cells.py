@@ -21,6 +21,7 @@ from hunav_drake.scenario import (
     Scenario,
     ScenarioError,
 )
+from hunav_drake.scenario.checks import check_begins_alone
 from hunav_drake.scenario.fleet import planners_of, robot_parts
 from hunav_drake.scenario.generate.kind import (
     ScenarioKind,
@@ -159,6 +160,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                             overrides=overrides,
                         )
                         scenario = CheckScenario(loaded)
+                        check_begins_alone(scenario)
                         cell = _make_cell(scenario, label, setting)
                     else:
                         cell = _make_drawn(kind, overrides, suite)

@@ -363,6 +363,23 @@ def check_start(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
+def check_begins_alone(scenario: Scenario) -> None:
+    """Checks that nobody needs to begin the recording of a trial.
+
+    Raises:
+        ScenarioError: If it waits for its trigger.
+    """
+    if scenario.evaluator.start == "by_trigger":
+        source = scenario.name or "scenario"
+        message = (
+            "by_trigger waits for the input port trigger, which a trial that"
+            " runs by itself leaves unconnected; take another start, or"
+            " MakeTrialDiagram() in Python"
+        )
+        fault = Fault(source, 0, "evaluator.start", message)
+        raise ScenarioError(source, [fault])
+
+
 def check_sensors(scenario: Scenario) -> Iterator[Finding]:
     """Checks that the names of sensors are unique."""
     taken: dict[str, int] = {}

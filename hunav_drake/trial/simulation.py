@@ -13,6 +13,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from hunav_drake.scenario import SaveScenario
+from hunav_drake.scenario.checks import check_begins_alone
 from hunav_drake.scenario.error import Fault, ScenarioError, shown
 from hunav_drake.scenario.fleet import RobotPart, planners_of, robot_parts
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
@@ -187,15 +188,7 @@ def RunTrial(
         diagram = MakeTrialDiagram(scenario, meshcat)
     else:
         CheckTrialDiagram(scenario, diagram)
-    if scenario.evaluator.start == "by_trigger":
-        fault = Fault(
-            "RunTrial",
-            0,
-            "evaluator.start",
-            "by_trigger waits for the input port trigger, which RunTrial()"
-            " leaves unconnected; use MakeTrialDiagram(), or another start",
-        )
-        raise ScenarioError("RunTrial", [fault])
+    check_begins_alone(scenario)
     context = diagram.CreateDefaultContext()
     SetTrialSeed(diagram, context, scenario.simulation.seed)
     with (
@@ -283,6 +276,7 @@ def MakeRandomSimulator(
     Returns:
         A function that makes the Simulator of a trial from a RandomGenerator.
     """
+    check_begins_alone(scenario)
 
     def make(generator: RandomGenerator) -> Simulator:
         seeded = _reseed(scenario, DrawSeed(generator))

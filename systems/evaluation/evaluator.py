@@ -271,6 +271,31 @@ class Evaluator(LeafSystem):
             **self._static,
         )
 
+    def CheckGoesOn(self, context: Context) -> None:
+        """Checks that there is a recording from this instant on.
+
+        Raises:
+            ValueError: If it has ended before, or not begun.
+        """
+        self.ValidateContext(context)
+        last = context.get_abstract_state(self._samples).get_value()
+        window = context.get_discrete_state(self._window).value()
+        told = f"nothing is recorded from {context.get_time():g} s on"
+        if window[_HAS_ENDED] and self._IsLater(context, last):
+            raise ValueError(
+                f"{told}: the recording ended at {last.time:g} s; take an"
+                " earlier instant, a longer evaluator.timeout, or"
+                " evaluator.stop_at_goal=false"
+            )
+        waits = self._config.start == "by_trigger" and not last.count
+        if waits and not (
+            self._trigger.HasValue(context) and self._IsTriggerHigh(context)
+        ):
+            raise ValueError(
+                f"{told}: the input port trigger is not high; set it, or take"
+                " another evaluator.start"
+            )
+
     def _Sample(self, context: Context, last: Sample) -> Sample:
         # Eval() returns new arrays, so the sample can keep them.
         status, replay, signals = (

@@ -447,6 +447,26 @@ def test_a_robot_that_nobody_meets_moves_nobody():
     assert np.isnan(made.growth)
 
 
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("evaluator.timeout=0.5", "ended at 0.5 s; take an earlier instant"),
+        ("evaluator.start=by_trigger", "trigger is not high; set it"),
+    ],
+)
+def test_branches_of_which_nothing_is_recorded_are_refused(
+    monkeypatch, override, words
+):
+    monkeypatch.delattr(Fork, "Run")
+    scenario = stage(PAIR, override)
+    diagram, context = at(scenario, 0.0)
+    if diagram.HasInputPort("trigger"):
+        diagram.GetInputPort("trigger").FixValue(context, 0.0)
+    MakeTrialSimulator(diagram, context).AdvanceTo(1.0)
+    with pytest.raises(ValueError, match=words):
+        RunBranches(scenario, diagram, context, until=3.0, branches={})
+
+
 @pytest.mark.slow
 def test_differences_grow_of_the_robot_that_is_asked_for():
     scenario = LoadScenario(filename="three_robots")

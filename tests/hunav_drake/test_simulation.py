@@ -438,6 +438,35 @@ def test_between_two_steps_nothing_is_recorded(passing, diagram):
     assert steps[1] == pytest.approx(steps[0], rel=0.2)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "branch passing --at 1",
+        "who passing --at 1",
+        "risk passing --set crowd.decisions={}",
+        "risk passing --set crowd.decisions={} --splitting 9",
+        "falsify space.yaml",
+        "bench suite.yaml",
+    ],
+)
+def test_no_command_waits_for_a_trigger(hunav, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    start = "evaluator.start=by_trigger"
+    space = (
+        f"scenario: passing\noverrides: [{start}]\n"
+        "space: {'robot.start[0]': [-1, 1]}\n"
+    )
+    (tmp_path / "space.yaml").write_text(space)
+    suite = f"scenarios: [passing]\noverrides: [{start}]\n"
+    (tmp_path / "suite.yaml").write_text(suite)
+    name, *words = command.split()
+    if words[0] == "passing":
+        words += ["--set", start]
+    code, _, told = hunav(name, *words)
+    assert code == 2
+    assert "leaves unconnected" in told
+
+
 def test_a_recording_begun_by_a_trigger_is_for_a_diagram(passing):
     scenario = change(passing, evaluator={"start": "by_trigger"})
     with pytest.raises(ScenarioError, match="leaves unconnected"):

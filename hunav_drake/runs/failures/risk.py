@@ -12,6 +12,7 @@ from hunav_drake.runs.failures.scene_runs import (
 )
 from hunav_drake.runs.intervals import exact_interval
 from hunav_drake.scenario import CheckScenario, Fault, Scenario, ScenarioError
+from hunav_drake.scenario.checks import check_begins_alone
 from hunav_drake.scenario.randomness import how_to_draw
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from hunav_drake.trial.provenance import NOTHING_DRAWN
@@ -143,6 +144,7 @@ def EstimateFailureProbability(
 
 def check_draws(scenario: Scenario, cell: SceneCell) -> None:
     """Raises an error unless seeds give different trials of the same people."""
+    check_begins_alone(scenario)
     if cell.drawn == NOTHING_DRAWN:
         message = (
             "nothing is drawn at random, so all seeds give the same trial, and"

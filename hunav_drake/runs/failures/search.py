@@ -33,7 +33,7 @@ from hunav_drake.runs.failures.space import (
 from hunav_drake.runs.suite import PlannerChoice, planner_overrides
 from hunav_drake.scenario import LoadScenario, Scenario, ScenarioError
 from hunav_drake.scenario.building import Places, build_scenario
-from hunav_drake.scenario.checks import ALL_CHECKS
+from hunav_drake.scenario.checks import ALL_CHECKS, check_begins_alone
 from hunav_drake.scenario.error import Fault, Finding, Loc
 from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.writer import plain
@@ -177,6 +177,7 @@ def _base(space: SearchSpace, planner: Any, places: Places) -> dict[str, Any]:
     scenario = LoadScenario(
         filename=space.scenario, overrides=[*given, *space.overrides]
     )
+    check_begins_alone(scenario)
     data = cast(dict[str, Any], plain(scenario, whole=False))
     faults: dict[Fault, None] = {}
     taken: dict[Loc, str] = {}

@@ -395,6 +395,9 @@ def RunBranches(
         except ValueError as error:
             error.add_note(f"of the branch {name!r}")
             raise
+    for prefix in diagram.prefixes.values():
+        evaluator = diagram.GetSubsystemByName(f"{prefix}evaluator")
+        evaluator.CheckGoesOn(evaluator.GetMyContextFromRoot(context))
     try:
         digest = ContextDigest(diagram, context)
     except ValueError:
