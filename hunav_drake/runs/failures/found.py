@@ -85,9 +85,9 @@ class Failures:
         robustness: The kind of failure.
         scenes: The minimal scenes, the worst first.
         runs: For each run, its values by path, and how near it was.
-        refused: The number of scenes that were not run: they cannot be
-            simulated, or begin too near.
-        fault: Why the first of these was not run; empty if all were.
+        refused: The number of scenes without a result: they cannot be
+            simulated, begin too near, or end with an error.
+        fault: Why the first of these has none; empty if all have.
     """
 
     robustness: str

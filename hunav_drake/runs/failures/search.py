@@ -229,13 +229,14 @@ def _try(
         built_scene(_with_values(base, it)[0], space.require.start_gap)
         for it in values
     ]
-    failings = _run_scenes(runs, scenarios, space.robustness, budget)
-    faults = [it if isinstance(it, str) else "" for it in scenarios]
-    tried += map(_Tried, values, faults, failings)
+    outcomes = _run_scenes(runs, scenarios, space.robustness, budget)
+    tried += [
+        _Tried(it, *end) for it, end in zip(values, outcomes, strict=True)
+    ]
     # (Without a trial there is no time, and the robustness is no number that
     # was found.)
     return [
-        math.inf if math.isnan(it.time) else it.robustness for it in failings
+        math.inf if math.isnan(it.time) else it.robustness for _, it in outcomes
     ]
 
 
@@ -244,8 +245,11 @@ def _run_scenes(
     scenarios: list[Scenario | str],
     robustness: str,
     total: int,
-) -> list[Failing]:
-    """Returns how near scenes are to a failure; faults are as far as can be."""
+) -> list[tuple[str, Failing]]:
+    """Returns how near scenes are to a failure, and before that their faults.
+
+    What has a fault, or a run without a result, is as far as can be.
+    """
     valid = [it for it in scenarios if not isinstance(it, str)]
     rows = iter(
         runs.run(
@@ -256,10 +260,14 @@ def _run_scenes(
             max(total, runs.done + len(valid)),
         )
     )
-    return [
-        failing_of(None if isinstance(it, str) else next(rows)[0])
-        for it in scenarios
-    ]
+    outcomes = []
+    for it in scenarios:
+        row = None if isinstance(it, str) else next(rows)[0]
+        fault = it if isinstance(it, str) else ""
+        if row is not None and "robustness" not in row.metrics:
+            fault = row.end_message
+        outcomes.append((fault, failing_of(row)))
+    return outcomes
 
 
 def _run_search(
@@ -407,7 +415,8 @@ def _minimal(
         scenes = [
             built_scene(it, space.require.start_gap) for it in asked.values()
         ]
-        failings = _run_scenes(runs, scenes, space.robustness, total)
+        outcomes = _run_scenes(runs, scenes, space.robustness, total)
+        failings = [failing for _, failing in outcomes]
         answers = dict(zip(asked, failings, strict=True))
     found: dict[str, Scene] = {}
     # What is minimal may be of another kind.

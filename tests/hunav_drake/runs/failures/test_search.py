@@ -24,7 +24,11 @@ from hunav_drake import (
 )
 from hunav_drake.runs.failures.found import kind_of_failure, write_failures
 from hunav_drake.runs.failures.minimal import Shrinking, shrink
-from hunav_drake.runs.failures.scene_runs import recording_sha256, scene_cell
+from hunav_drake.runs.failures.scene_runs import (
+    SceneCell,
+    recording_sha256,
+    scene_cell,
+)
 from hunav_drake.runs.failures.search import _SEARCHES, _descend, _run_search
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
@@ -246,6 +250,17 @@ def test_scenes_that_begin_too_near_are_not_run(tmp_path):
     assert failures.first_failure is None
     assert {it.robustness for _, it in failures.runs} == {9.0}
     assert not (out / "runs.jsonl").read_text()
+
+
+@pytest.mark.slow
+def test_scenes_whose_run_has_an_error_have_no_result(tmp_path, monkeypatch):
+    def broken(self, recording, seed):
+        raise RuntimeError("no margin")
+
+    monkeypatch.setattr(SceneCell, "numbers", broken)
+    failures = Falsify(write_space(tmp_path), method="random", budget=1)
+    assert failures.refused == 1
+    assert "RuntimeError: no margin" in failures.fault
 
 
 @pytest.mark.slow
