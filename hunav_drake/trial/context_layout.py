@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 import itertools
+import re
 from typing import Any, Protocol, runtime_checkable
 
 from numpy.typing import NDArray
@@ -171,8 +172,14 @@ def misfit(saved: Any, present: list[dict[str, Any]]) -> str:
     ):
         return "its list of systems is none"
     for old, new in zip(saved, present, strict=False):
-        for what in ("key", "type", "memory", "sizes", "abstract"):
+        for what in ("key", "type", "path", "memory", "sizes", "abstract"):
             differing = (old[what], new[what])
+            if what == "path":
+                # (Systems without a name have one with an address.)
+                was, now = (
+                    re.sub("@[0-9a-f]+", "", str(it)) for it in differing
+                )
+                differing = was, now
             if what == "memory":
                 # The first of many trees that differs.
                 pairs = itertools.zip_longest(*differing, fillvalue="none")

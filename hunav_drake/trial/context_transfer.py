@@ -123,6 +123,8 @@ def _given(diagram: Diagram) -> dict[str, Any]:
             f"robot {it.name}".strip(): plain(it.scenario.robot)
             for it in robot_parts(scenario)
         },
+        # (Who watches all robots has their states in this order.)
+        "robots": [it.name for it in robot_parts(scenario)],
         "evaluator": plain(scenario.evaluator),
         "time_step": scenario.simulation.time_step,
     }

@@ -213,6 +213,23 @@ def check_forks(scenario, instants, folder):
 
 
 @pytest.mark.slow
+def test_states_of_robots_in_another_order_are_refused(tmp_path):
+    """They would be those of the other robot."""
+    bob = BOB.replace("{type: orca, sees: visible}", "stand")
+    eve = bob.replace("bob", "eve").replace("[0.5, -4", "[2.5, -4")
+    diagram = MakeTrialDiagram(fleet(bob, eve))
+    other = MakeTrialDiagram(fleet(eve, bob))
+    context = diagram.CreateDefaultContext()
+    with pytest.raises(ValueError, match=r"robots\[0\]: it was 'bob', and is"):
+        TransferContext(diagram, context, other)
+    file = SaveContext(diagram, context, tmp_path / "context.npz")
+    with pytest.raises(
+        ValueError, match=r"bob.*in the file, .*eve.*in the dia"
+    ):
+        LoadContext(other, file)
+
+
+@pytest.mark.slow
 def test_another_planner_of_one_robot_takes_over():
     diagram = MakeTrialDiagram(fleet(ANNA, BOB))
     other = MakeTrialDiagram(fleet(ANNA, BOB.replace("orca", "sfm")))
