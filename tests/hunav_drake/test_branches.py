@@ -610,6 +610,9 @@ BAD = {
     "simulation.seed=4 has no effect: a branch goes on with the draws": {
         "branches": {"x": WithSettings(("simulation.seed=4",))}
     },
+    "simulation.start_jitter=0.2 has no effect: it moves people at the": {
+        "branches": {"jitter": WithSettings(("simulation.start_jitter=0.2",))}
+    },
     "simulation.duration=9.0 has no effect: `until` is the end": {
         "branches": {"x": WithSettings(("simulation.duration=9",))}
     },

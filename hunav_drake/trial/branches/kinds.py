@@ -175,7 +175,7 @@ class WithSettings(Branch):
     """The scenario has other settings, as those of `--set`.
 
     People, robot, goal, evaluator and time step must stay as they are: see
-    `TransferContext`. So must the seed and the duration.
+    `TransferContext`. So must seed, duration and start jitter.
 
     Attributes:
         changes: Texts of a path, an equals sign and a value, as
@@ -194,6 +194,7 @@ _KEPT = {
     "seed": "a branch goes on with the draws of the trial; run a trial with"
     " that seed",
     "duration": "`until` is the end of all branches",
+    "start_jitter": "it moves people at the start of a trial",
 }
 
 
