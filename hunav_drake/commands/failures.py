@@ -217,7 +217,7 @@ def _print_failures(failures: "Failures", options: argparse.Namespace) -> None:
             f"No scene was valid, the first because: {failures.fault}. Change"
             " the ranges, or require.start_gap."
         )
-    if failures.scenes:
+    elif failures.scenes:
         print(table.to_string(index=False, float_format="{:.3g}".format))
     else:
         least = min(it.robustness for _, it in failures.runs)

@@ -34,6 +34,7 @@ def test_without_a_valid_scene_it_says_why(hunav, tmp_path):
     )
     assert code == 0
     assert "start_gap" in told
+    assert "The nearest" not in told
 
 
 def test_faults_have_file_and_line(hunav, tmp_path):
