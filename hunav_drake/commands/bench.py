@@ -9,7 +9,7 @@ from pathlib import Path
 import sys
 from typing import TYPE_CHECKING, Any
 
-from hunav_drake.commands.errors import DONE, FAILED, check_out, input_errors
+from hunav_drake.commands.errors import DONE, FAILED, check_page, input_errors
 from hunav_drake.commands.options import (
     add_executor_options,
     add_import_option,
@@ -159,13 +159,8 @@ def _bench(options: argparse.Namespace) -> int:
         return DONE
     with input_errors(ScenarioError, ValueError, UnfitWorkerError):
         select_metrics([options.show])
-        if page := options.markdown:
-            if page.is_dir():
-                raise InputError(
-                    f"--markdown {page}: is a folder; name a file, such as"
-                    f" {page / 'results.md'}"
-                )
-            check_out(page.parent, "", "--markdown")
+        if options.markdown:
+            check_page(options.markdown, "--markdown")
         suite = _suite(options)
         out = options.out / suite.name
         path = Path(options.suite)

@@ -114,6 +114,16 @@ def check_once(files: Iterable[Path]) -> None:
         seen.add(file.resolve())
 
 
+def check_page(path: Path, option: str) -> None:
+    """Checks that a file can be written, and makes its folder."""
+    if path.is_dir():
+        raise InputError(
+            f"{option} {path}: is a folder; name a file, such as"
+            f" {path / 'results.md'}"
+        )
+    check_out(path.parent, "", option)
+
+
 def check_out(folder: Path, inner: str = "runs", option: str = "--out") -> None:
     """Checks that results can be written to a folder."""
     import tempfile

@@ -10,6 +10,7 @@ from hunav_drake.commands.errors import (
     DONE,
     check_once,
     check_out,
+    check_page,
     input_errors,
 )
 from hunav_drake.commands.options import (
@@ -116,7 +117,7 @@ def _validate(options: argparse.Namespace) -> int:
     if options.out is not None:
         check_out(options.out, "")
     if options.markdown is not None:
-        check_out(options.markdown.parent, "", "--markdown")
+        check_page(options.markdown, "--markdown")
     settings = [Setting(m, options.seed, options.quick) for m in models]
     with progress_bar("cases") as (bar, _):
         bar.total = len(cases) * len(settings)
@@ -168,7 +169,7 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
     if options.out is not None:
         check_out(options.out, "")
     if options.markdown is not None:
-        check_out(options.markdown.parent, "", "--markdown")
+        check_page(options.markdown, "--markdown")
     radius = BODY if options.body_radius is None else options.body_radius
     predictions: dict[str, Predict] = {"constant_velocity": constant_velocity}
     for model in models:

@@ -203,7 +203,7 @@ def ambiguous_seeds(runs: pd.DataFrame) -> list[dict[str, Any]]:
     Each entry has the `contender`, its `seeds`, and the `tags` of the runs.
     """
     seeded = runs[runs["seed"] != ""]
-    several = seeded[seeded[_run_keys(runs)].duplicated(keep=False)]
+    several = seeded[seeded.duplicated(_run_keys(runs), keep=False)]
     return [
         {
             "contender": contender,

@@ -75,7 +75,7 @@ def comparable(runs: pd.DataFrame, on: str) -> pd.DataFrame:
     """
     keys = [on, "seed", *(["repetition"] * ("repetition" in runs))]
     seeded = runs[(runs["seed"] != "") & runs["seed"].notna()]
-    return seeded[~seeded[keys].duplicated(keep=False)]
+    return seeded[~seeded.duplicated(keys, keep=False)]
 
 
 def draws_nothing(runs: pd.DataFrame) -> pd.Series:
@@ -91,11 +91,10 @@ def _mean_repetitions(
     if "repetition" not in runs or "repetition" in keys:
         return runs
     about = [*keys, *(key for key in _RUN if key in runs and key not in keys)]
-    # (pandas would look at all columns of a wide table.)
-    if not runs[about].duplicated().any():
+    if not runs.duplicated(about).any():
         return runs
     # Without distinct repetitions, the runs differ in something unknown.
-    if runs[[*about, "repetition"]].duplicated().any():
+    if runs.duplicated([*about, "repetition"]).any():
         return runs
     values = runs[names].where(np.isfinite(runs[names]))
     parts = values.groupby(

@@ -145,7 +145,8 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
         part = {
             "key": key,
             "type": type(system).__name__,
-            "path": system.GetSystemPathname(),
+            # (Systems without a name have one with an address.)
+            "path": re.sub("@[0-9a-f]+", "", system.GetSystemPathname()),
             "sizes": sizes,
             "abstract": own.num_abstract_states() if is_leaf else 0,
             "memory": memory(system),
@@ -174,12 +175,6 @@ def misfit(saved: Any, present: list[dict[str, Any]]) -> str:
     for old, new in zip(saved, present, strict=False):
         for what in ("key", "type", "path", "memory", "sizes", "abstract"):
             differing = (old[what], new[what])
-            if what == "path":
-                # (Systems without a name have one with an address.)
-                was, now = (
-                    re.sub("@[0-9a-f]+", "", str(it)) for it in differing
-                )
-                differing = was, now
             if what == "memory":
                 # The first of many trees that differs.
                 pairs = itertools.zip_longest(*differing, fillvalue="none")

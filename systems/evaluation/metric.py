@@ -102,7 +102,7 @@ LEAST_GAP = "min_gap_exact"
 _DERIVED = re.compile(
     rf"(time_in|entries)_\w+|first_contact_time|{LEAST_GAP}"
     r"|crossings_in_front|groups_cut|contacts_charged"
-    r"|(crowd_)?(relative|time|path|jerk)_\w+|aggregated_time"
+    r"|(crowd_)?(relative_|(time|path|jerk)\w*_difference)\w*|aggregated_time"
 )
 
 # The kinds of NumPy types that are real numbers.

@@ -182,20 +182,24 @@ def CompareAlone(
     ):
         own, other = (_of_one(it, name, robot) for it in (with_all, alone))
         others = {"people": other, "robot": gone}
-        prefix = name and f"{name}."
         for metric, it in PAIRED_METRICS.items():
             value = it.function(own, others[it.left_out])
-            values[prefix + metric] = float(value)
+            values[_named(name, metric)] = float(value)
         extra = {
             quantity: own.quantities[quantity] - gone.quantities[quantity]
             for quantity in ("time", "path")
         }
         for i in np.flatnonzero(neighbours(own)):
             time, path = extra["time"][i], extra["path"][i]
-            costs[prefix + fork.names[i]] = float(time), float(path)
+            costs[_named(name, fork.names[i])] = float(time), float(path)
     return Relative(
         values=values, costs=costs, robots=tuple(filter(None, fork.robots))
     )
+
+
+def _named(robot: str, name: str) -> str:
+    """Returns a name of one of several robots; that of a single one is it."""
+    return f"{robot}.{name}" if robot else name
 
 
 def _of_one(future: Future, name: str, robot: RobotConfig) -> Future:
@@ -207,12 +211,8 @@ def _of_one(future: Future, name: str, robot: RobotConfig) -> Future:
 
 def unknown_relative(scenario: Scenario) -> Relative:
     """Returns metrics without a value, as of a trial that fails."""
-    robots = list(robots_of(scenario))
-    names = [
-        f"{robot}.{metric}" if robot else metric
-        for robot in robots
-        for metric in PAIRED_METRICS
-    ]
+    robots = robots_of(scenario)
+    names = (_named(it, metric) for it in robots for metric in PAIRED_METRICS)
     return Relative(
         values=dict.fromkeys(names, math.nan),
         costs={},
@@ -241,14 +241,11 @@ def with_relative(result: TrialResult, relative: Relative) -> TrialResult:
     }
     for key, costs in relative.costs.items():
         robot, person = relative.split(key)
-        prefix = robot and f"{robot}."
         for kind, unit, value in zip(
             ("time", "path"), "sm", costs, strict=True
         ):
-            more[f"{prefix}extra_{kind}[{person}]"] = (
-                value,
-                facts(unit, "lower"),
-            )
+            name = _named(robot, f"extra_{kind}[{person}]")
+            more[name] = value, facts(unit, "lower")
     return with_values(result, more)
 
 

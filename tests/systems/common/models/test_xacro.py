@@ -191,6 +191,13 @@ def scene_of(file):
     return scene_graph
 
 
+def shown_mesh(file):
+    """Returns the only mesh that is shown of a model."""
+    inspector = scene_of(file).model_inspector()
+    (shown,) = inspector.GetAllGeometryIds(Role.kIllustration)
+    return inspector.GetShape(shown)
+
+
 def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
     """With one, cameras would see it lit from inside."""
     corners = block((0, 0, 0), (1, 2, 3))
@@ -202,10 +209,7 @@ def test_a_mirrored_mesh_is_shown_without_a_negative_scale(tmp_path):
         '<geometry><mesh scale="2 -1 1" filename="block.stl"/></geometry>'
         "</visual></link></robot>"
     )
-    scene_graph = scene_of(file)
-    inspector = scene_graph.model_inspector()
-    (shown,) = inspector.GetAllGeometryIds(Role.kIllustration)
-    mesh = inspector.GetShape(shown)
+    mesh = shown_mesh(file)
     assert mesh.scale3().tolist() == [2, 1, 1]
     points = read_mesh(mesh.source().path()).triangles.reshape(-1, 3)
     assert points.min(axis=0).tolist() == [0, -2, 0]
@@ -228,10 +232,7 @@ def test_a_mirrored_mesh_keeps_its_colors(tmp_path):
         ' filename="two.obj" scale="1 -1 1"/></geometry></visual></link>'
         "</robot>"
     )
-    scene_graph = scene_of(file)
-    inspector = scene_graph.model_inspector()
-    (shown,) = inspector.GetAllGeometryIds(Role.kIllustration)
-    path = inspector.GetShape(shown).source().path()
+    path = shown_mesh(file).source().path()
     colors = path.with_name("model.mtl").read_text()
     assert "Kd 1.000 0.000 0.000" in colors
     assert "Kd 0.000 0.000 1.000" in colors
