@@ -227,16 +227,16 @@ def _print_failures(failures: "Failures", options: argparse.Namespace) -> None:
 
 def _risk(options: argparse.Namespace) -> int:
     from hunav_drake.runs.failures.risk import EstimateFailureProbability
+    from hunav_drake.scenario.overrides import sets_seed
 
     scenario = load_scenario(options.scenario, options, planner=options.planner)
     if options.fresh and options.out is None:
         raise InputError("--fresh: is for --out; without it, no runs are kept")
-    for change in options.overrides:
-        if change.partition("=")[0].strip() == "simulation.seed":
-            raise InputError(
-                f"--set {change}: would have no effect: the seeds are 0, 1,"
-                " ..., up to --budget; leave it out"
-            )
+    if sets_seed(options.overrides):
+        raise InputError(
+            "--set simulation.seed: would have no effect: the seeds are 0, 1,"
+            " ..., up to --budget; leave it out"
+        )
     if options.splitting:
         return _splitting(scenario, options)
     if options.repeats is not None:

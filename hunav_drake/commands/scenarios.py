@@ -207,22 +207,18 @@ def _list(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from hunav_drake.scenario.fleet import planners_of
+    from hunav_drake.scenario.population import num_people
     from hunav_drake.scenarios import shipped_names
-    from hunav_drake.tracks.recorded import load_tracks
 
     def describe(name: str) -> str:
         is_shipped = name in shipped_names() and not Path(name).is_file()
         if options.fix and not is_shipped:
             _fix(Path(name))
         scenario = load_scenario(name, options, ways=True)
-        population = scenario.population
         robots = len(scenario.robots)
-        people = len(scenario.humans) + population.number
-        if population.tracks is not None:
-            people += len(load_tracks(population.tracks).people)
         sound[name] = scenario
         return (
-            f"{counted(people, 'person', 'people')},"
+            f"{counted(num_people(scenario), 'person', 'people')},"
             f" {_describe_world(scenario.world)},"
             + (f" {robots} robots," if robots > 1 else "")
             + f" planner {planners_of(scenario)}"

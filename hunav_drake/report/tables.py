@@ -103,10 +103,13 @@ class MetricRows:
     by_family: bool = True
     groups: dict[str, list[list[Cell]]] = field(default_factory=dict)
 
-    def add(self, name: str, cells: Iterable[Cell], unit: str) -> None:
-        """Adds the row of a metric: its name, some cells, and its unit."""
+    def add(
+        self, name: str, cells: Iterable[Cell], unit: str, told: str = ""
+    ) -> None:
+        """Adds the row of a metric: its name or `told`, cells, and its unit."""
         family = family_of(self.metrics, name) if self.by_family else ""
-        row = [metric_cell(self.metrics, name), *cells, unit_text(unit)]
+        cell = metric_cell(self.metrics, name)._replace(name=told or name)
+        row = [cell, *cells, unit_text(unit)]
         self.groups.setdefault(family, []).append(row)
 
 

@@ -188,12 +188,13 @@ def _values(
         names = dict.fromkeys(map(base_name, names))
     for name in names:
         columns = [*(f"{robot}.{name}" for robot in robots), name]
-        units = [unit_of(metrics, it) for it in columns if it in metrics]
+        first = next(it for it in columns if it in metrics)
+        unit = unit_of(metrics, first)
         cells: list[Cell] = [
-            number(float(metrics[it]), units[0]) if it in metrics else ""
+            number(float(metrics[it]), unit) if it in metrics else ""
             for it in columns
         ]
-        rows.add(name, cells, units[0])
+        rows.add(first, cells, unit, name)
     head = ["metric", *robots, "all robots", "unit"] if robots else []
     return Table(head, rows.groups, numbers=range(1, len(robots) + 2))
 

@@ -29,6 +29,7 @@ from hunav_drake.scenario.generate.kind import (
     make_kind,
 )
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
+from hunav_drake.scenario.overrides import sets_seed
 from hunav_drake.scenario.population import has_recorded_people
 from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
 from hunav_drake.scenario.writer import plain
@@ -110,7 +111,6 @@ _TWO_PLANNERS = Fault(
     " names; leave out one of both",
 )
 
-_SEED = re.compile(r"\s*simulation\.seed\s*=")
 _TWO_SEEDS = Fault(
     "suite",
     0,
@@ -151,7 +151,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                 if keys and any(map(_PLANNER.match, overrides[1:])):
                     faults[_TWO_PLANNERS] = None
                     continue
-                if any(map(_SEED.match, overrides)):
+                if sets_seed(overrides):
                     faults[_TWO_SEEDS] = None
                 try:
                     if kind is None:
@@ -160,7 +160,6 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                             overrides=overrides,
                         )
                         scenario = CheckScenario(loaded)
-                        check_begins_alone(scenario)
                         cell = _make_cell(scenario, label, setting)
                     else:
                         cell = _make_drawn(kind, overrides, suite)
@@ -170,6 +169,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                             planner=label or planners_of(scenario),
                             setting=setting,
                         )
+                    check_begins_alone(scenario)
                 except ScenarioError as error:
                     faults |= dict.fromkeys(error.faults)
                     continue

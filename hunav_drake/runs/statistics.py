@@ -116,16 +116,16 @@ def summarize(
         by = ("scenario", "planner", *(["setting"] * has_settings(runs)))
     by = _listed(by)
     _check_confidence(confidence)
-    runs = with_names(runs)
-    names = _metric_columns(runs, by, metrics)
+    bare = _bare(runs)
+    names = _metric_columns(bare, by, metrics)
     known_rates = _listed(rates)
     found = [name for name in names if {name, base_name(name)} & {*known_rates}]
     for name in found:
-        _check_rate(name, runs)
-    goals = arrival_rates(runs)
+        _check_rate(name, bare)
+    goals = arrival_rates(bare)
     columns = list(dict.fromkeys([*names, *goals]))
     rows = {}
-    for kind, part in _groups(once_per_seed(runs, by, columns), by):
+    for kind, part in _groups(once_per_seed(bare, by, columns), by):
         ends_of_runs = part[goals]
         for name in names:
             done = arrivals(ends_of_runs, name)
@@ -286,6 +286,14 @@ def where_all_arrive(completed: Iterable[ArrayLike]) -> Mask | None:
     return ~fails if fails.any() else None
 
 
+def _bare(runs: pd.DataFrame) -> pd.DataFrame:
+    """Returns a table with all names, and without `attrs`.
+
+    (pandas would copy these each time.)
+    """
+    return with_names(pd.DataFrame(runs))
+
+
 def _groups(table: pd.DataFrame, by: list[str]) -> Any:
     """Returns the values of some columns, and the rows of each."""
     return table.groupby(by, sort=False, dropna=False) if by else [((), table)]
@@ -305,7 +313,7 @@ def _values(
         The kind of runs, the metric, the values of both sides, and whether
         they are those of pairs in which both arrive.
     """
-    runs = with_names(runs)
+    runs = _bare(runs)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     goals = arrival_rates(runs)
     columns = list(dict.fromkeys([*names, *goals]))

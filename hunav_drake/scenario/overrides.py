@@ -13,8 +13,8 @@ from hunav_drake.scenario.yaml_source import parse_yaml
 from hunav_drake.systems.common.old_words import TAG
 
 # The path of a part of a scenario, as in humans[1].goals[0].
-# (Names of people may have letters of any script.)
-_KEY = r"[^\W\d][\w-]*"
+# (Names of people may have letters and marks of any script.)
+_KEY = r"[^\W\d](?:[\w-]|[^\x00-\x7f])*"
 _PATH = re.compile(rf"{_KEY}(\.{_KEY}|\[[0-9]{{1,9}}\])*")
 _STEP = re.compile(rf"({_KEY})|\[([0-9]+)\]")
 _MAX_STEPS = 20
@@ -51,6 +51,15 @@ def apply_overrides(
         except ValueError as error:
             faults.append(Fault(override_place(text), 0, "", str(error)))
     return locs, faults
+
+
+def sets_seed(overrides: Sequence[str]) -> bool:
+    """Returns whether overrides set the seed, as no suite or search may."""
+    data: dict[str, Any] = {}
+    own = [it for it in overrides if it.lstrip().startswith("simulation")]
+    apply_overrides(data, own)
+    simulation = data.get("simulation")
+    return isinstance(simulation, dict) and "seed" in simulation
 
 
 def _apply(data: Any, text: str) -> list[Loc]:

@@ -92,6 +92,20 @@ def people_who_never_come(scenario: Scenario) -> str:
     )
 
 
+def num_people(scenario: Scenario) -> int:
+    """Returns the number of people: listed, recorded and drawn ones.
+
+    Raises:
+        OSError: If a file of recorded people cannot be read.
+        ValueError: If it is not valid.
+    """
+    population = scenario.population
+    people = len(scenario.humans) + population.number
+    if population.tracks is not None:
+        people += len(load_tracks(population.tracks).people)
+    return people
+
+
 def people_seed(scenario: Scenario) -> int | None:
     """Returns the seed of the trial if it draws the people, else None.
 

@@ -145,8 +145,8 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
         part = {
             "key": key,
             "type": type(system).__name__,
-            # (Systems without a name have one with an address.)
-            "path": re.sub("@[0-9a-f]+", "", system.GetSystemPathname()),
+            # (A system without a name has one of module and address.)
+            "path": re.sub("[^:]*@[0-9a-f]+", "", system.GetSystemPathname()),
             "sizes": sizes,
             "abstract": own.num_abstract_states() if is_leaf else 0,
             "memory": memory(system),

@@ -52,14 +52,14 @@ _FRACTIONS = (
 
 
 class Facts(dict[str, str]):
-    """A fact of each metric, which the copies of a table share.
+    """A fact of each metric: texts, which need no deep copy.
 
-    (pandas copies the `attrs` at each step, and even for each row.)
+    (pandas copies the `attrs` of a table at each step, and for each row.)
     """
 
     def __deepcopy__(self, memo: Any) -> "Facts":
-        """Returns itself."""
-        return self
+        """Returns a shallow copy."""
+        return Facts(self)
 
 
 class Table(Protocol):

@@ -407,7 +407,8 @@ def _result(
     end_time = _time_of(context, recording)
     if len(parts) < len(robot_parts(scenario)):
         # (The trial goes on after the end of those that are left.)
-        end_time = max(end_time if it.time is None else it.time for it in ends)
+        times = (end_time if it.time is None else it.time for it in ends)
+        end_time = max(since, *times)
         recording = recording.until(end_time)
     told = [_told(part, end) for part, end in zip(parts, ends, strict=True)]
     if failure is not None and str(failure) not in (it.message for it in ends):

@@ -99,6 +99,8 @@ RELATIVE_FAMILY = "relative"
 # behavior.
 DERIVED_FAMILIES = (SITUATIONS_FAMILY, ENCOUNTERS_FAMILY, RELATIVE_FAMILY)
 LEAST_GAP = "min_gap_exact"
+# (Those of one's own, which compare two futures, join when registered.)
+PAIRED_NAMES: set[str] = set()
 _DERIVED = re.compile(
     rf"(time_in|entries)_\w+|first_contact_time|{LEAST_GAP}"
     r"|crossings_in_front|groups_cut|contacts_charged"
@@ -382,7 +384,7 @@ def base_name(name: str) -> str:
     while somebody passes it "anna.path_length[passing]".
     """
     _, point, rest = name.partition(".")
-    known = rest in METRICS or rest.endswith("]")
+    known = rest in METRICS or rest in PAIRED_NAMES or rest.endswith("]")
     known = known or _DERIVED.fullmatch(rest) is not None
     return rest if point and name not in METRICS and known else name
 

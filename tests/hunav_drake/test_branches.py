@@ -560,6 +560,15 @@ def test_robots_that_are_left_end_when_the_last_of_them_does():
     recording = made["it"].recording
     last = max(it.end_time for it in recording.robots)
     assert made["it"].end_time == pytest.approx(last)
+    # Those that had ended before have no end before the instant.
+    late = MakeTrialSimulator(diagram, context.Clone(), ends=False)
+    late.AdvanceTo(15.0)
+    result = GetTrialResult(
+        *(scenario, diagram, late.get_context()),
+        since=14.0,
+        robots=[scenario.robots[0].name],
+    )
+    assert result.end_time >= result.recording.times[0]
     assert recording.times[-1] == pytest.approx(last, abs=0.11)
     with pytest.raises(ValueError, match="robots must be some of"):
         GetTrialResult(scenario, diagram, context, robots=["nobody"])

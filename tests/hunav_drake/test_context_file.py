@@ -38,6 +38,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.robot import AddBodyState
+from hunav_drake.trial.context_layout import layout
 
 
 def saved(scenario, time, path):
@@ -377,3 +378,17 @@ def test_a_state_that_is_not_finite_is_not_saved(tmp_path):
     with pytest.raises(ValueError, match="second: continuous: must be finite"):
         SaveContext(diagram, context, tmp_path / "c.npz")
     assert not list(tmp_path.iterdir())
+
+
+class Anonymous(LeafSystem):
+    """A system that gets no name of its own."""
+
+
+def test_a_system_without_a_name_is_known_in_another_process():
+    """Its name tells its module, which may be `__main__`, and an address."""
+    builder = DiagramBuilder()
+    builder.AddSystem(Anonymous())
+    builder.AddNamedSystem("named", Anonymous())
+    diagram = builder.Build()
+    told = layout(diagram, diagram.CreateDefaultContext())
+    assert [it["path"] for it in told] == ["::_", "::_::", "::_::named"]

@@ -14,6 +14,7 @@ from hunav_drake import (
     MakeTrialSimulator,
     register_paired_metric,
 )
+from hunav_drake.report.trial_page import _metrics
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.trial.branches.future import Future
 from hunav_drake.trial.branches.relative import (
@@ -117,6 +118,9 @@ def test_of_several_robots_the_one_that_it_is_about_is_named():
     names = with_relative(result, found).metrics.index
     assert {"bob.relative_jerk", "anna.extra_time[ana]"} <= set(names)
     assert "aggregated_time" not in names
+    captions = [it.caption for it in _metrics(with_relative(result, found))]
+    assert "relative" in captions
+    assert "other" not in captions
     assert base_name("anna.aggregated_time") == "aggregated_time"
 
 
@@ -169,6 +173,7 @@ def test_own_metrics_are_computed_too(monkeypatch):
 
     found = compared(stage(PAIR))
     assert found.values["extra_steps"] == 0
+    assert base_name("anna.extra_steps") == "extra_steps"
     with pytest.raises(ValueError, match="is registered already"):
         register_paired_metric(
             "aggregated_time", "s", "lower", "myself", "robot"

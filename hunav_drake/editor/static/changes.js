@@ -29,6 +29,18 @@ function fromTheEnd(paths) {
   });
 }
 
+/** Returns the numbers of people: their own, or the next one that is free. */
+function numbersOf(people) {
+  const taken = new Set(people.map((it) => it.id));
+  let next = 0;
+  return people.map((it) => {
+    if (it.id) return it.id;
+    do next++;
+    while (taken.has(next));
+    return next;
+  });
+}
+
 /**
  * Returns the operations that delete parts; the start of a robot stands for it.
  * Where behaviors name people by their numbers, those who stay keep theirs.
@@ -38,11 +50,14 @@ export function deleteOps(data, paths) {
   const parts = paths.map((it) => (it[0] === ROBOTS && starts.includes(keyOf(it)) ? robotPath(it) : it));
   // One robot stays.
   const isLast = (it) => it[0] === ROBOTS && it.length === 2 && it[1] === 0 && parts.filter((one) => one[0] === ROBOTS && one.length === 2).length === starts.length;
+  const people = peopleOf(data);
   const gone = paths.filter(isPerson).map((it) => it[1]);
-  const follow = peopleOf(data).map((_, i) => i).filter((i) => i > Math.min(...gone) && !gone.includes(i) && !data[HUMANS][i]?.id);
-  const isNamed = /people|_id|\.xml/.test(JSON.stringify(peopleOf(data).map((it) => it.behavior)));
+  const stay = people.map((_, i) => i).filter((i) => !gone.includes(i));
+  const [before, after] = [numbersOf(people), numbersOf(stay.map((i) => people[i]))];
+  const moved = stay.filter((i, k) => data[HUMANS][i] && before[i] !== after[k]);
+  const isNamed = /people|_id|\.xml/.test(JSON.stringify(people.map((it) => it.behavior)));
   const removed = fromTheEnd(parts).filter((it) => keyOf(it) !== keyOf(startOf([ROBOT])) && !isLast(it));
-  return [...(isNamed ? follow.map((i) => ["set", [HUMANS, i, "id"], i + 1]) : []), ...removed.map((it) => ["remove", it])];
+  return [...(isNamed ? moved.map((i) => ["set", [HUMANS, i, "id"], before[i]]) : []), ...removed.map((it) => ["remove", it])];
 }
 
 /** Returns a name that is not taken: bruno, bruno_2, bruno_3. */

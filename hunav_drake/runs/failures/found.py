@@ -14,6 +14,7 @@ from hunav_drake.runs.failures.scene_runs import (
 )
 from hunav_drake.scenario import SaveScenario, Scenario
 from hunav_drake.scenario.fleet import planners_of
+from hunav_drake.scenario.population import num_people
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.evaluation.robustness import Failing
 from hunav_drake.trial.context_file import SaveContext
@@ -118,8 +119,7 @@ class Failures:
                 "person": it.person,
                 "kind": it.kind,
                 "closing_speed": it.failing.closing_speed,
-                "people": len(it.scenario.humans)
-                + it.scenario.population.number,
+                "people": num_people(it.scenario),
                 "run": it.run,
                 "found": it.found,
             }

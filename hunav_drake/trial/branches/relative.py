@@ -16,6 +16,7 @@ from hunav_drake.systems.common.layout import VX, VY, YAW, Y
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.features import surface_gaps
 from hunav_drake.systems.evaluation.metric import (
+    PAIRED_NAMES,
     RELATIVE_FAMILY,
     Direction,
     check_takes,
@@ -100,6 +101,7 @@ def register_paired_metric(
                 " another name"
             )
         text = " ".join((function.__doc__ or "").split())
+        PAIRED_NAMES.add(name)
         PAIRED_METRICS[name] = PairedMetric(
             unit, direction, source, left_out, function, text
         )

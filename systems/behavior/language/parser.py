@@ -206,7 +206,13 @@ class _Parser:
 
     def check_ports(self, element: XmlElement, inner: Scope) -> None:
         """Checks that a tree which declares ports knows those given to it."""
-        declared = self.documents.ports.get(element.attributes["ID"], {})
+        declared = {
+            port.attributes.get("name", "")
+            for model in self.documents.models
+            for tree in model.children
+            if tree.attributes.get("ID") == element.attributes["ID"]
+            for port in tree.children
+        }
         for attribute in subtree_ports(element, 4):
             known = {*declared, *GIVEN, *inner.used}
             if declared and attribute not in known:
@@ -371,7 +377,9 @@ def parse_documents(
     parser.open_trees.append(documents.main)
     draft = parser.tree(documents.trees[documents.main], scope, 1)
     for name in values:
-        if name not in scope.used:
+        # (One without a default must be given.)
+        has_default = documents.main_ports()[name].default is not None
+        if has_default and name not in scope.used:
             raise TreePortError(
                 "no node of the tree uses it; leave it out",
                 Place(documents.file),

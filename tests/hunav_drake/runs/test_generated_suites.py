@@ -119,10 +119,22 @@ def test_a_change_of_the_planner_is_refused_beside_listed_planners(change):
         make_cells(suite)
 
 
-def test_a_change_of_the_seed_is_refused_beside_seeds():
+def test_drawn_scenarios_that_wait_for_a_trigger_are_refused():
+    suite = LoadSuite(
+        data="{scenarios: [{type: field, people: 1}], seeds: 2,"
+        " overrides: ['evaluator.start=by_trigger']}"
+    )
+    with pytest.raises(ScenarioError, match="by_trigger waits"):
+        make_cells(suite)
+
+
+@pytest.mark.parametrize(
+    "change", ["simulation.seed=5", " simulation={seed: 5}"]
+)
+def test_a_change_of_the_seed_is_refused_beside_seeds(change):
     suite = LoadSuite(
         data="{scenarios: [passing], seeds: 2, settings: {usual: [], other:"
-        " ['simulation.seed=5']}}"
+        f" ['{change}']}}}}"
     )
     with pytest.raises(ScenarioError, match=r"`seeds` has the seeds of all"):
         make_cells(suite)

@@ -71,6 +71,9 @@ def test_a_row_for_each_kind_and_metric():
     assert len(table) == 4 * 4
     assert (table["n"] == 8).all()
     assert table.attrs["units"]["path_length"] == "m"
+    other = table.copy()
+    other.attrs["units"]["path_length"] = "km"
+    assert table.attrs["units"]["path_length"] == "m"
 
 
 def test_what_tells_runs_apart_is_no_metric():

@@ -157,7 +157,7 @@ def test_members_of_lists_of_each_robot_go_by_name_too():
     assert found == [[0.0, 0.1], [0.1], [0.0, 0.1]]
 
 
-@pytest.mark.parametrize("name", ["zoé", "愛", "été_2"])
+@pytest.mark.parametrize("name", ["zoé", "愛", "été_2", "zoe\u0301", "अनिता"])
 def test_people_with_any_letters_go_by_name(name):
     scenario = LoadScenario(
         data="humans: [{pose: [5, 5, 0]},"

@@ -631,6 +631,18 @@ def test_value_of_a_port_that_no_node_uses_is_refused():
     ParseTree(source)
     with pytest.raises(TreePortError, match="no node of the tree uses it"):
         ParseTree(source, ports={"d": 2})
+    # What must be given may be given.
+    ParseTree(source.replace(' default="1"', ""), ports={"d": 2})
+
+
+def test_an_output_port_of_a_subtree_is_known():
+    ParseTree(
+        '<root BTCPP_format="4" main_tree_to_execute="A"><BehaviorTree ID="A">'
+        '<SubTree ID="B" d="2" r="{x}"/></BehaviorTree><BehaviorTree ID="B">'
+        '<RegularNav/></BehaviorTree><TreeNodesModel><SubTree ID="B">'
+        '<input_port name="d" default="1"/><output_port name="r"/></SubTree>'
+        "</TreeNodesModel></root>"
+    )
 
 
 def test_nodes_nested_by_subtrees_are_bounded():
