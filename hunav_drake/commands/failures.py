@@ -227,15 +227,15 @@ def _print_failures(failures: "Failures", options: argparse.Namespace) -> None:
 
 def _risk(options: argparse.Namespace) -> int:
     from hunav_drake.runs.failures.risk import EstimateFailureProbability
-    from hunav_drake.scenario.overrides import sets_seed
+    from hunav_drake.scenario.overrides import seed_change
 
     scenario = load_scenario(options.scenario, options, planner=options.planner)
     if options.fresh and options.out is None:
         raise InputError("--fresh: is for --out; without it, no runs are kept")
-    if sets_seed(options.overrides):
+    if change := seed_change(options.overrides):
         raise InputError(
-            "--set simulation.seed: would have no effect: the seeds are 0, 1,"
-            " ..., up to --budget; leave it out"
+            f"--set {change}: would have no effect: the seeds are 0, 1, ..., up"
+            " to --budget; leave it out"
         )
     if options.splitting:
         return _splitting(scenario, options)

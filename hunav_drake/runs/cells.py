@@ -29,7 +29,7 @@ from hunav_drake.scenario.generate.kind import (
     make_kind,
 )
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
-from hunav_drake.scenario.overrides import sets_seed
+from hunav_drake.scenario.overrides import seed_change
 from hunav_drake.scenario.population import has_recorded_people
 from hunav_drake.scenario.randomness import drawn_by_seed, how_to_draw, is_own
 from hunav_drake.scenario.writer import plain
@@ -151,7 +151,7 @@ def make_cells(suite: Suite, folder: Path | None = None) -> list[Cell]:
                 if keys and any(map(_PLANNER.match, overrides[1:])):
                     faults[_TWO_PLANNERS] = None
                     continue
-                if sets_seed(overrides):
+                if seed_change(overrides):
                     faults[_TWO_SEEDS] = None
                 try:
                     if kind is None:

@@ -53,13 +53,16 @@ def apply_overrides(
     return locs, faults
 
 
-def sets_seed(overrides: Sequence[str]) -> bool:
-    """Returns whether overrides set the seed, as no suite or search may."""
-    data: dict[str, Any] = {}
-    own = [it for it in overrides if it.lstrip().startswith("simulation")]
-    apply_overrides(data, own)
-    simulation = data.get("simulation")
-    return isinstance(simulation, dict) and "seed" in simulation
+def seed_change(overrides: Sequence[str]) -> str:
+    """Returns the override that sets the seed; empty if there is none."""
+    for text in overrides:
+        data: dict[str, Any] = {}
+        if text.lstrip().startswith("simulation"):
+            apply_overrides(data, text)
+        simulation = data.get("simulation")
+        if isinstance(simulation, dict) and "seed" in simulation:
+            return text
+    return ""
 
 
 def _apply(data: Any, text: str) -> list[Loc]:
