@@ -232,7 +232,15 @@ def _suite(options: argparse.Namespace) -> "Suite":
         }
     if options.until:
         metric, width = options.until
-        changes["until"] = Until(metric=metric, half_width=width)
+        changes["until"] = until = Until(metric=metric, half_width=width)
+        given = dataclasses.replace(suite, **changes)
+        most = max(len(given.seed_list(it)) for it in [*given.seeds_of, ""])
+        if most <= until.least:
+            raise InputError(
+                f"--until {metric}={width:g}: has an effect from"
+                f" {until.least + 1} seeds on, and there are {most}; give more,"
+                " as with --seeds 100, or leave it out"
+            )
     return dataclasses.replace(suite, **changes)
 
 

@@ -159,18 +159,14 @@ def _tracks(options: argparse.Namespace) -> int:
         read = _format_of(options)
         # (A csv has times: then the rate is that of the file to write.)
         fps = None if written != "csv" and read == "csv" else options.fps
-        is_known = read is not None and homography is not None
-        if is_known and "ucy_vsp" not in (read, written):
-            raise ValueError(
-                f"--homography {options.homography}: is for pixels, as of"
-                f" ucy_vsp; {options.file} has meters; leave it out"
-            )
+        # (Only one of the two files need have pixels.)
+        pixels = [it == "ucy_vsp" for it in (read, written)]
         tracks = ReadTracks(
             options.file,
             options.format,
             fps=fps,
             unit=options.unit,
-            homography=homography,
+            homography=homography if pixels[0] or not pixels[1] else None,
         ).moved(
             rotate=math.radians(options.rotate),
             shift=tuple(options.shift),
@@ -203,7 +199,7 @@ def _tracks(options: argparse.Namespace) -> int:
                 options.output,
                 options.written,
                 fps=options.fps,
-                homography=homography,
+                homography=homography if pixels[1] else None,
             )
     print(tracks_text(describe_tracks(tracks)))
     if options.plot is not None:

@@ -6,7 +6,7 @@ import errno
 import hashlib
 import itertools
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_args
 
 from hunav_drake.runs.foreign_formats import RESULT_TEXTS
 from hunav_drake.runs.run_folders import (
@@ -24,6 +24,7 @@ from hunav_drake.runs.run_row import (
     result_to_json,
     row_from_json,
 )
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.files import (
     FILE_NAME_RULE,
     file_name_part,
@@ -96,6 +97,7 @@ def WriteResult(
         OSError: If something cannot be written, or if the tag is taken.
         ValueError: If the tag cannot be the name of a folder.
     """
+    check_choice("format", format, get_args(Format))
     if label is not None:
         result = dataclasses.replace(result, setting=label)
     if tag is not None and not is_file_name(tag):

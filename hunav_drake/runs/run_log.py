@@ -6,9 +6,9 @@ line that was written; an incomplete last line is removed.
 
 from collections.abc import Iterable, Iterator
 import fcntl
+import itertools
 import os
 from pathlib import Path
-import shutil
 from typing import TYPE_CHECKING, BinaryIO, Self
 
 from hunav_drake.runs.run_folders import RECORDINGS, REPLAYS
@@ -82,7 +82,8 @@ class RunLog:
         Args:
             folder: The folder, which is created if necessary.
             fresh: Starts a new log; the old one becomes `runs_old.jsonl`, and
-                recordings and replays go to `recordings_old`, `replays_old`.
+                recordings and replays go to `recordings_old`, `replays_old`;
+                to `runs_old_2.jsonl` and so on if there are such.
 
         Raises:
             OSError: If it cannot be written.
@@ -149,14 +150,22 @@ class RunLog:
             )
 
     def _begin_anew(self) -> None:
-        """Renames the old files; old replays do not show the new runs."""
-        folder = self.path.parent
-        if self.path.is_file() and self.path.stat().st_size:
-            self.path.replace(folder / "runs_old.jsonl")
-        for name in (RECORDINGS, REPLAYS):
-            if (folder / name).is_dir():
-                shutil.rmtree(folder / f"{name}_old", ignore_errors=True)
-                (folder / name).rename(folder / f"{name}_old")
+        """Renames the old files; old replays do not show the new runs.
+
+        Those that are old already stay: the ones between may be few.
+        """
+        names = (self.path.name, RECORDINGS, REPLAYS)
+        paths = [self.path.with_name(name) for name in names]
+        if self.path.is_file() and not self.path.stat().st_size:
+            self.path.unlink()
+        for i in itertools.count(1):
+            end = "_old" if i == 1 else f"_old_{i}"
+            old = [it.with_stem(it.stem + end) for it in paths]
+            if not any(it.exists() for it in old):
+                break
+        for path, new in zip(paths, old, strict=True):
+            if path.exists():
+                path.rename(new)
 
 
 def _cut(file: BinaryIO) -> None:

@@ -1,11 +1,13 @@
 """Makes a scenario of the recorded people of a file."""
 
+from collections.abc import Sequence
 import dataclasses as dc
 import math
 
 import numpy as np
 
 from hunav_drake.scenario.schema import Scenario, SimulationConfig
+from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.people.population_config import PopulationConfig
 from hunav_drake.systems.people.track_config import TracksConfig
 from hunav_drake.systems.robot.robots import DifferentialDriveConfig
@@ -18,6 +20,9 @@ Pose = tuple[float, float, float]
 # of the area, lies beyond it; halfway up the other side.
 _MARGIN = 0.05
 
+# How far from everybody it starts, if there is such a place beside the middle.
+_APART = 1.0
+
 _LONGEST = 86400.0
 
 
@@ -29,7 +34,8 @@ def import_tracks(
     The outlines that came with them become walls. The trial lasts as long as
     the recording, and begins with it unless it has a `start`. Without start or
     goal, the robot goes along the longer side of the area where people walk,
-    through its middle: change it at will.
+    through its middle, or beside it if somebody is where it starts: change it
+    at will.
 
     Args:
         config: The file, and how its people are replayed.
@@ -50,9 +56,12 @@ def import_tracks(
     longer = int(np.argmax(high - low))
     ends = np.tile(np.median(rows, axis=0), (2, 1))
     ends[:, longer] = low[longer], high[longer]
+    step = SimulationConfig().time_step
+    there = [it.positions[0] for it in tracks.people if it.times[0] < step]
+    aside = np.eye(2)[1 - longer]
+    ends += _free_place(ends[0], aside, low, high, there) - ends[0]
     yaw = round(longer * math.pi / 2, 4)
     poses = [(round(x, 2), round(y, 2), yaw) for x, y in ends.tolist()]
-    step = SimulationConfig().time_step
     last = max(it.times[-1] for it in tracks.people)
     (x0, y0), (x1, y1) = rows.min(axis=0), rows.max(axis=0)
     return Scenario(
@@ -77,3 +86,25 @@ def import_tracks(
             )
         ),
     )
+
+
+def _free_place(
+    middle: Array,
+    aside: Array,
+    low: Array,
+    high: Array,
+    people: Sequence[Array],
+) -> Array:
+    """Returns the place nearest to `middle`, along `aside`, without people.
+
+    It is in the box from `low` to `high`; without such a place, the middle.
+    """
+    step = _APART / 4
+    most = math.ceil(np.linalg.norm(high - low) / step)
+    for k in sorted(range(-most, most + 1), key=abs):
+        place: Array = middle + k * step * aside
+        is_in = k == 0 or ((low <= place) & (place <= high)).all()
+        gaps = [math.dist(place, it) for it in people]
+        if is_in and min(gaps, default=_APART) >= _APART:
+            return place
+    return middle

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.tracks import Tracks
 from hunav_drake.tracks.formats import FORMATS, Options, read_tracks
@@ -76,9 +77,11 @@ def WriteTracks(
         ValueError: If the format is unknown, or cannot hold the tracks.
     """
     H = None if homography is None else np.asarray(homography, dtype=float)
-    if format not in FORMATS:
+    check_choice("format", format, FORMATS)
+    if format != "ucy_vsp" and H is not None:
         raise ValueError(
-            f"format: must be one of {', '.join(FORMATS)}, got {format!r:.60}"
+            f"homography is for pixels, as of ucy_vsp; {format} has meters;"
+            " leave it out"
         )
     if not tracks.people:
         raise ValueError(f"{filename}: there are no tracks to write")

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.suggest import shown, suggestion
+from hunav_drake.systems.common.checks import check_choice
+from hunav_drake.systems.common.suggest import shown
 from hunav_drake.systems.people.tracks import Tracks, motion_at
 
 # Files with rows every 0.4 s, which name no rate.
@@ -91,11 +92,7 @@ class Format(NamedTuple):
 
 def read_tracks(path: Path, name: str, options: Options) -> Tracks:
     """Reads a file: see `ReadTracks`."""
-    if name != "auto" and name not in FORMATS:
-        raise ValueError(
-            f"format: there is no format {shown(name)}; "
-            + suggestion(name, ["auto", *FORMATS])
-        )
+    check_choice("format", name, ["auto", *FORMATS])
     if options.fps is not None and not (0 < options.fps < 1e6):
         raise ValueError(
             "fps: must be a number of frames per second in (0, 1e6), got"
@@ -109,6 +106,11 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
     if name == "csv" and options.fps is not None:
         raise ValueError(
             "fps has no part in csv, whose rows have times; leave it out"
+        )
+    if name != "ucy_vsp" and options.homography is not None:
+        raise ValueError(
+            f"homography is for pixels, as of ucy_vsp; {name} has meters; leave"
+            " it out"
         )
     rows = FORMATS[name].read(path, options)
     if not len(rows.ids):

@@ -19,6 +19,7 @@ from hunav_drake.scenario.fleet import RobotPart, planners_of, robot_parts
 from hunav_drake.scenario.named_files import behavior_sha256, files_sha256
 from hunav_drake.scenario.randomness import drawn_by_seed
 from hunav_drake.scenario.schema import Scenario
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.layout import STATE_SIZE, is_outside
 from hunav_drake.systems.common.plain_errors import ConfigError
 from hunav_drake.systems.common.registry import name_of
@@ -182,6 +183,7 @@ def RunTrial(
         ValueError: If the diagram was made from another scenario, or another
             seed drew its people.
     """
+    check_choice("on_planner_error", on_planner_error, ("end", "raise"))
     if seed is not None:
         scenario = _reseed(scenario, seed)
     if diagram is None:

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Sequence
 import dataclasses
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.suggest import shown, suggestion
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people.human_config import HumanConfig
@@ -101,6 +102,7 @@ def FitForces(
     """
     from scipy.optimize import least_squares, minimize
 
+    check_choice("goal", goal, get_args(Goal))
     names = list(free)
     _check(names, windows, obstacles)
     config = config or CrowdConfig()

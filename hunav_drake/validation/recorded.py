@@ -11,7 +11,7 @@ constant velocity does), which judges whether avoiding others is worth anything.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import math
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -20,6 +20,7 @@ from scipy.stats import ks_2samp
 
 from hunav_drake.runs.intervals import mean_interval
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     STATE_SIZE,
@@ -327,6 +328,7 @@ def judge_recorded(
     real = sample_of(windows)
     scores = []
     for goal in goals:
+        check_choice("goals", goal, get_args(Goal))
         for name, predict in models.items():
             futures = [predict(window, goal) for window in windows]
             errors = np.concatenate(

@@ -14,7 +14,7 @@ from PIL import Image
 from hunav_drake.runs.worker_pool import WorkerPool
 from hunav_drake.scenario.error import path_text
 from hunav_drake.scenario.geometry import find_unseen
-from hunav_drake.systems.common.suggest import shown, suggestion
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.scene.scene_config import (
     NOT_RECORDED,
     OVERLAYS,
@@ -130,8 +130,9 @@ def RenderFilm(
     config = replace(config, size=size, fps=fps)
     check_film_file(path, size)
     _check_numbers(config, size, fps)
-    _check_words("view", [config.view], VIEWS)
-    _check_words("overlays", config.overlays or (), OVERLAYS)
+    check_choice("view", config.view, VIEWS)
+    for overlay in config.overlays or ():
+        check_choice("overlays", overlay, OVERLAYS)
     trial = LoadRecordedTrial(Path(run))
     # A drawing shows only outlines.
     unseen = (
@@ -180,14 +181,6 @@ def _check_numbers(
             raise ValueError(
                 f"{name}: must be in [{low:g}, {high:g}] {unit}".rstrip()
                 + f", got {value:g}"
-            )
-
-
-def _check_words(name: str, words: Sequence[str], valid: Sequence[str]) -> None:
-    for word in words:
-        if word not in valid:
-            raise ValueError(
-                f"{name}: there is no {shown(word)}; {suggestion(word, valid)}"
             )
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from hunav_drake.systems.behavior.hunavsim.leaves import hunavsim_node_types
 from hunav_drake.systems.behavior.nodes.node import NodeType
 from hunav_drake.systems.behavior.nodes.registry import NODE_TYPES
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.people.profile import ProfileName
 
 _FOLDER = Path(__file__).resolve().parent
@@ -81,4 +82,5 @@ _SETS: Mapping[ProfileName, BehaviorSet] = MappingProxyType(
 
 def behavior_set(profile: ProfileName) -> BehaviorSet:
     """Returns the behaviors of a profile, which is chosen only here."""
+    check_choice("profile", profile, _SETS)
     return _SETS[profile]

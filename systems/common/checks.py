@@ -4,6 +4,7 @@ On some values that are not finite, Drake ends the process without an error that
 Python could catch; so such values must not reach it.
 """
 
+from collections.abc import Collection
 import math
 import operator
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.suggest import suggestion
 
 
 def check_kind(
@@ -25,6 +27,20 @@ def check_kind(
     if not isinstance(value, kind) or isinstance(value, bool):
         raise TypeError(
             f"{name} must be {words}, got {type(value).__name__} {value!r:.80}"
+        )
+
+
+def check_choice(name: str, value: Any, choices: Collection[str]) -> None:
+    """Checks that an argument is one of some texts.
+
+    Raises:
+        ValueError: If it is none; the message has its name, and what is near.
+    """
+    if not isinstance(value, str) or value not in choices:
+        word = value if isinstance(value, str) else ""
+        raise ValueError(
+            f"{name}: there is no {value!r:.60}; "
+            + suggestion(word, [*choices])
         )
 
 

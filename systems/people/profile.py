@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.people.human_config import HumanConfig
 from hunav_drake.systems.people.names import people_ids, people_names
 from hunav_drake.systems.people.parameters import SocialForceParameters
@@ -99,6 +100,7 @@ def own_forces(
         return human.forces
     if human.forces_mode != "custom":
         return SocialForceParameters()
+    check_choice("profile", profile, PROFILES)
     forces: SocialForceParameters = PROFILES[profile].human["forces"]
     return forces
 

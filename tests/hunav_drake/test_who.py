@@ -111,7 +111,7 @@ def test_mistakes_are_told():
     scenario = LoadScenario(filename="crossing")
     diagram, context = at(scenario, 0.0)
     for words, wrong in (
-        ("method must be", {"method": "guess"}),
+        ("method: there is no", {"method": "guess"}),
         ("permutations must be at least 1", {"permutations": 0}),
         ("until must be a time", {"until": 0.0}),
     ):

@@ -38,12 +38,12 @@ from hunav_drake.scenario.error import Fault, Finding, Loc
 from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.arrays import Array
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.random_streams import (
     Purpose,
     check_seed,
     stream,
 )
-from hunav_drake.systems.common.suggest import suggestion
 from hunav_drake.systems.evaluation.robustness import NO_FAILURE, Failing
 
 Method = Literal["cma", "random"]
@@ -119,10 +119,7 @@ def Falsify(
         ImportError: If "cma" is not installed: see the extra `falsify`.
         OSError: If the folder cannot be written, or is in use.
     """
-    if method not in METHODS:
-        raise ValueError(
-            f"there is no method {method!r}; {suggestion(method, METHODS)}"
-        )
+    check_choice("method", method, METHODS)
     if not isinstance(budget, int) or budget < 1:
         raise ValueError(f"budget must be a positive number, got {budget!r}")
     if not isinstance(polish, int) or polish < 0:

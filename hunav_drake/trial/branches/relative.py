@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 import math
-from typing import Literal, NamedTuple, cast
+from typing import Literal, NamedTuple, cast, get_args
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram
@@ -12,6 +12,7 @@ from pydrake.systems.framework import Context, Diagram
 from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.layout import VX, VY, YAW, Y
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.features import surface_gaps
@@ -89,8 +90,11 @@ def register_paired_metric(
         A decorator that returns the function unchanged.
 
     Raises:
-        ValueError: If another function has that name.
+        ValueError: If another function has that name, or `direction` or
+            `left_out` is none of these.
     """
+    check_choice("direction", direction, get_args(Direction))
+    check_choice("left_out", left_out, get_args(LeftOut))
 
     def register(function: PairedFunction) -> PairedFunction:
         check_takes(function, f"paired metric {name!r}", "with_", "without")

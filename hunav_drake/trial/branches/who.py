@@ -3,14 +3,14 @@
 from collections.abc import Callable, Sequence
 import itertools
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram
 
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.trial.branches.kinds import Without
 from hunav_drake.trial.branches.run import Fork
 from hunav_drake.trial.leaving import ONLY_ROBOT
@@ -77,10 +77,7 @@ def WhoDelayedWhom(
         ValueError: If nobody can be left out (see `LeaveOut`), or an argument
             is out of its range.
     """
-    if method not in ("leave_one_out", "shapley"):
-        raise ValueError(
-            f"method must be leave_one_out or shapley, got {shown(method)}"
-        )
+    check_choice("method", method, get_args(Method))
     if permutations is not None and permutations < 1:
         raise ValueError(f"permutations must be at least 1, got {permutations}")
     fork = Fork(scenario, diagram, context, until=until, goal=goal)

@@ -48,6 +48,28 @@ def test_a_recording_that_begins_late_begins_at_once(tmp_path):
     assert given.robot.start == (1, 2, 3)
 
 
+def test_the_robot_starts_beside_whoever_is_in_its_way(tmp_path):
+    times = np.arange(0.0, 20.0, 0.4)
+    x = np.linspace(0, 10, len(times))
+    rows = [np.column_stack([x, np.full_like(x, y)]) for y in (-2, 2)]
+    # One stands where the robot would start, the other comes later.
+    spot = import_tracks(
+        TracksConfig(file=written(tmp_path / "a.csv", times, rows))
+    ).robot.start
+    stands = np.tile(spot[:2], (len(times), 1))
+    file = written(tmp_path / "b.csv", times, [*rows, stands])
+    start = import_tracks(TracksConfig(file=file)).robot.start
+    assert start[0] == pytest.approx(spot[0], abs=0.3)
+    assert abs(start[1]) == pytest.approx(1.0, abs=0.3)
+    assert np.hypot(*np.subtract(start[:2], spot[:2])) >= 0.99
+
+
+def written(path, times, rows):
+    tracks = [Track(i, times, row) for i, row in enumerate(rows)]
+    WriteTracks(Tracks(tuple(tracks)), path)
+    return str(path)
+
+
 def test_outlines_become_walls(monkeypatch):
     square = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]])
     tracks = Tracks(ReadTracks(FILE).people, (square,))

@@ -424,6 +424,17 @@ def test_the_metric_of_the_progress_bar_is_one(hunav, tmp_path):
     assert "did you mean 'path_length'" in err
 
 
+def test_until_without_enough_seeds_is_told(hunav, tmp_path):
+    words = ("bench", "paper", "--out", tmp_path / "out", "--seeds", "6")
+    code, _, err = hunav(*words, "--until", "path_length=1.5")
+    assert code == 2
+    assert err == (
+        "hunav: --until path_length=1.5: has an effect from 7 seeds on, and"
+        " there are 6; give more, as with --seeds 100, or leave it out\n"
+    )
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("page", ["", "file/page.md"])
 def test_a_page_that_cannot_be_written_is_told_at_once(hunav, tmp_path, page):
     (tmp_path / "file").touch()

@@ -163,6 +163,24 @@ def test_a_changed_scenario_is_noticed(suite, out):
     assert len(list(read_rows(out / "runs_old.jsonl"))) == 8
 
 
+def test_beginning_anew_again_loses_nothing(tmp_path):
+    for text in ("whole", "few", ""):
+        (tmp_path / "recordings").mkdir()
+        (tmp_path / "recordings" / "a.npz").write_text(text)
+        (tmp_path / NAME).write_text(text)
+        with RunLog(tmp_path, fresh=True):
+            pass
+    assert not (tmp_path / NAME).read_bytes()
+    assert sorted(it.name for it in tmp_path.iterdir()) == [
+        *("recordings_old", "recordings_old_2", "recordings_old_3"),
+        *("runs.jsonl", "runs_old.jsonl", "runs_old_2.jsonl"),
+    ]
+    for end, text in (("", "whole"), ("_2", "few")):
+        assert (tmp_path / f"runs_old{end}.jsonl").read_text() == text
+        kept = tmp_path / f"recordings_old{end}" / "a.npz"
+        assert kept.read_text() == text
+
+
 PLANNER = """
 from dataclasses import dataclass
 

@@ -258,7 +258,7 @@ def test_a_recorded_person_needs_no_pose_and_others_do():
         (["population.tracks.start=99.0"], "nobody is there from 99 s on"),
         (["population.tracks.fps=10"], "fps has no part in csv"),
         (["population.tracks.fsp=3"], "did you mean 'fps'"),
-        (["population.tracks.format=svg"], "format: there is no format 'svg'"),
+        (["population.tracks.format=svg"], "format: there is no 'svg'"),
         (["robot.type=pmb2"], "a physical robot needs recorded people with"),
         (
             ["humans=[{name: recorded_2, pose: [0, 3, 0]}]"],
