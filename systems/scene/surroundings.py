@@ -1,14 +1,16 @@
 """Floor, walls, furniture and goal marks."""
 
 from collections.abc import Iterable, Sequence
-from functools import partial
+from functools import lru_cache, partial
 import itertools
 import math
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import (
     Box as BoxShape,
     GeometrySet,
+    Mesh,
     PerceptionProperties,
     Rgba,
     Role,
@@ -41,7 +43,7 @@ from hunav_drake.systems.scene.palette import (
     WALL_CUT,
     accent,
 )
-from hunav_drake.systems.scene.visuals import AddVisual
+from hunav_drake.systems.scene.visuals import AddVisual, as_shape
 from hunav_drake.systems.world.shapes import World
 from hunav_drake.systems.world.solids import Lettering, Prism
 
@@ -183,8 +185,7 @@ def _AddPrisms(
     plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
 ) -> None:
     """Adds prisms as one geometry."""
-    mesh = join([_mesh(p, p.low, p.high) for p in prisms])
-    AddVisual(plant, plant.world_body(), name, mesh, color)
+    AddVisual(plant, plant.world_body(), name, _shapes(prisms).whole, color)
 
 
 def _AddCutPrisms(
@@ -196,6 +197,36 @@ def _AddCutPrisms(
 ) -> None:
     """Adds prisms as one geometry for cameras, and cut for viewers."""
     add = partial(AddVisual, plant, plant.world_body())
+    shapes = _shapes(prisms)
+    if shapes.cut:
+        add(name, shapes.cut, color, perceived=False)
+    if shapes.lid:
+        add(name + _SECTION, shapes.lid, section, perceived=False)
+    add(name + _WHOLE, shapes.whole, color, shown=False)
+
+
+class _Shapes(NamedTuple):
+    """Prisms as one geometry: whole, cut, and the lid on the cut."""
+
+    whole: Mesh
+    cut: Mesh | None
+    lid: Mesh | None
+
+
+def _shapes(prisms: Iterable[Prism]) -> _Shapes:
+    def row(it: Prism) -> tuple[bytes, float, float, str, bool]:
+        outline = np.asarray(it.outline, dtype=float).tobytes()
+        return outline, it.low, it.high, it.material, it.closed
+
+    return _shapes_of(*map(row, prisms))
+
+
+# (Many diagrams have the same world, as those of the seeds of a suite.)
+@lru_cache(maxsize=4096)
+def _shapes_of(*rows: tuple[bytes, float, float, str, bool]) -> _Shapes:
+    prisms = [
+        Prism(np.frombuffer(row[0]).reshape(-1, 2), *row[1:]) for row in rows
+    ]
     low = [p for p in prisms if p.low < CUT_HEIGHT]
     full = {p: _mesh(p, p.low, p.high) for p in prisms}
     cut = [_part(p, full[p], p.low, min(p.high, CUT_HEIGHT)) for p in low]
@@ -204,11 +235,11 @@ def _AddCutPrisms(
         for p in low
         if p.high > CUT_HEIGHT
     ]
-    if cut:
-        add(name, join(cut), color, perceived=False)
-    if lid:
-        add(name + _SECTION, join(lid), section, perceived=False)
-    add(name + _WHOLE, join(list(full.values())), color, shown=False)
+    return _Shapes(
+        as_shape(join([*full.values()])),
+        as_shape(join(cut)) if cut else None,
+        as_shape(join(lid)) if lid else None,
+    )
 
 
 def ShowCut(plant: MultibodyPlant, scene_graph: SceneGraph) -> None:
@@ -286,11 +317,13 @@ def AddGoalMarks(
         level = i % _GOAL_LEVELS
         color = TOPS[i % len(TOPS)]
         height, radius = _MARK_HIGH + 0.001 * level, goal_radius(i)
-        target = join(
-            [
-                ring(radius - GOAL_WIDTH, radius, height),
-                disc(GOAL_DOT, height, sides=24),
-            ]
+        target = as_shape(
+            join(
+                [
+                    ring(radius - GOAL_WIDTH, radius, height),
+                    disc(GOAL_DOT, height, sides=24),
+                ]
+            )
         )
         for k, (x, y) in enumerate(human.goals):
             X_WG = RigidTransform([x, y, 0.0])

@@ -19,6 +19,12 @@ from pydrake.multibody.tree import RigidBody
 from hunav_drake.systems.scene.meshes import TriangleMesh
 
 
+def as_shape(mesh: TriangleMesh) -> Mesh:
+    """Returns a mesh as Drake's shape."""
+    file = MemoryFile(mesh.to_obj(), ".obj", "mesh")
+    return Mesh(InMemoryMesh(mesh_file=file))
+
+
 def AddVisual(
     plant: MultibodyPlant,
     body: RigidBody,
@@ -36,8 +42,7 @@ def AddVisual(
     only if it is `shown`. Without a color, it has that of its file.
     """
     if isinstance(shape, TriangleMesh):
-        file = MemoryFile(shape.to_obj(), ".obj", name)
-        shape = Mesh(InMemoryMesh(mesh_file=file))
+        shape = as_shape(shape)
     X_BG = X_BG or RigidTransform()
     if perceived and shown and color is not None:
         plant.RegisterVisualGeometry(body, X_BG, shape, name, color.rgba)
