@@ -70,9 +70,11 @@ class TrialDiagram(Diagram):
         return {it.name: it.prefix for it in robot_parts(self.scenario)}
 
     def DescribeMemory(self) -> list[str]:
-        """Returns the trial's seed if it drew the people."""
+        """Returns whose the states are, in order: people, or their seed."""
         seed = people_seed(self.scenario)
-        return [] if seed is None else [f"people drawn by seed {seed}"]
+        if seed is not None:
+            return [f"people drawn by seed {seed}"]
+        return [f"person {it.name}" for it in self.humans]
 
     def SetRandomContext(
         self, context: Context, generator: RandomGenerator

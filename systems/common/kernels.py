@@ -283,7 +283,6 @@ jit_part = numba.njit(error_model="numpy", inline="always")
 # are compiled once, whether or not Drake hands out read-only arrays.
 VECTOR = numba.types.Array(numba.float64, 1, "C", readonly=True)
 MATRIX = numba.types.Array(numba.float64, 2, "C", readonly=True)
-INTEGERS = numba.types.Array(numba.int64, 1, "C", readonly=True)
 CHANGED = numba.types.Array(numba.float64, 2, "C")  # It is written to.
 CHANGED_VECTOR = numba.types.Array(numba.float64, 1, "C")
 WALLS = VECTOR  # `Obstacles.table`: `opened` by `systems/world/walls.py`.

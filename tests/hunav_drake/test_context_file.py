@@ -363,6 +363,19 @@ def test_trees_of_one_system_are_not_those_of_many(tmp_path):
         LoadContext(other, path)
 
 
+def test_people_in_another_order_are_refused(tmp_path):
+    """Each would go on where another one was."""
+    scenario = LoadScenario("crossing")
+    path = tmp_path / "context.npz"
+    diagram = MakeTrialDiagram(scenario)
+    SaveContext(diagram, diagram.CreateDefaultContext(), path)
+    turned = dataclasses.replace(scenario, humans=scenario.humans[::-1])
+    first, last = (scenario.humans[i].name for i in (0, -1))
+    words = f"memory person {first} in the file, person {last} in the diagram"
+    with pytest.raises(ValueError, match=words):
+        LoadContext(MakeTrialDiagram(turned), path)
+
+
 def test_what_may_differ_is_as_it_is_in_the_diagram(tmp_path):
     diagram = MakeHumans([ANA])
     context = diagram.CreateDefaultContext()

@@ -65,9 +65,6 @@ _LETHAL = 254
 # Obstacle forces below 10 exp(-14), about 1e-5 m/s^2, are neglected.
 _DEEPEST = -14.0
 
-# The distance at which the robot's force model has reached its carrot, in m.
-_CARROT_RADIUS = 0.2
-
 
 @jit
 def _toward(value, target, most):
