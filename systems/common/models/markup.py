@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 import math
 from pathlib import Path
+import re
 from xml.parsers import expat
 
 from hunav_drake.systems.common.suggest import shown
@@ -25,6 +26,9 @@ _DEEPEST = 100
 
 # The largest size of a part, in meters.
 _SIZE = 1e5
+
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+_BEFORE = re.compile(rb"^(\s+)(<\?xml\b.*?\?>)", re.DOTALL)
 
 
 @dataclass
@@ -151,7 +155,7 @@ def parse_markup(path: Path, text: str | None = None) -> Element:
         ValueError: If it is not XML; the text has the place.
     """
     # Like Drake, it does not check name spaces.
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate(None if text is None else "utf-8")
     top = Element("", {}, 0)
     opened = [top]
 
@@ -174,8 +178,13 @@ def parse_markup(path: Path, text: str | None = None) -> Element:
     parser.CharacterDataHandler = add_text
     parser.EntityDeclHandler = refuse
     parser.buffer_text = True
+    content = path.read_bytes() if text is None else text.encode()
+    # Like Gazebo and Drake, it takes comments with "--" in them, and space
+    # before the declaration.
+    content = _COMMENT.sub(lambda it: b"\n" * it[0].count(b"\n"), content)
+    content = _BEFORE.sub(rb"\2\1", content)
     try:
-        parser.Parse(path.read_bytes() if text is None else text, True)
+        parser.Parse(content, True)
     except (expat.ExpatError, ValueError, LookupError) as error:
         line = parser.CurrentLineNumber
         raise ValueError(

@@ -251,6 +251,15 @@ def test_a_round_shape_stays_round_by_the_scale_of_a_state(shape, reach, write):
     assert extent(obstacles(path))[2] == pytest.approx(reach, rel=0.02)
 
 
+def test_a_comment_may_have_dashes_and_space_come_first(write):
+    """Gazebo reads these; lines of faults stay those of the file."""
+    text = "\n " + world("<!--\ngz sim -v 4 --levels\n-->\n" + model())
+    assert len(obstacles(write("a.world", text))) == 1
+    path = write("b.world", text.replace("1 1 1", "1 1"))
+    with pytest.raises(ModelFault, match=r"b\.world:9: <size> must be 3"):
+        read_gazebo(path)
+
+
 def test_the_state_of_a_world_is_where_things_stand(write):
     state = (
         '<state world_name="w"><model name="a"><pose>5 5 0.5 0 0 0</pose>'
