@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.geometry import (
     Box,
     Capsule,
+    Convex,
     Cylinder,
     Ellipsoid,
     Mesh,
@@ -79,6 +80,10 @@ def _half(shape: Shape) -> list[float]:
         return list(shape.size() / 2)
     if isinstance(shape, Ellipsoid):
         return [shape.a(), shape.b(), shape.c()]
+    if isinstance(shape, Convex):
+        hull = shape.GetConvexHull()
+        rows = [hull.vertex(i) for i in range(hull.num_vertices())]
+        return list(np.abs(rows).max(axis=0))
     r = shape.radius()
     if isinstance(shape, Sphere):
         return [r, r, r]

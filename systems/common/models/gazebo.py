@@ -25,7 +25,15 @@ from urllib.parse import unquote
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
+from pydrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    Shape,
+    Sphere,
+)
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from hunav_drake.systems.common.models.apart import ModelFault
@@ -824,6 +832,14 @@ def _check_sizes(shape: _Source, sizes: Iterable[float]) -> None:
             )
 
 
+def _cone(radius: float, length: float) -> Convex:
+    """Returns a cone with its tip up, and its origin half way up."""
+    angles = np.linspace(0.0, 2 * np.pi, 64, endpoint=False)
+    x, y = radius * np.cos(angles), radius * np.sin(angles)
+    base = [x, y, np.full(64, -length / 2)]
+    return Convex(np.column_stack([base, [0.0, 0.0, length / 2]]), "cone")
+
+
 # Of each shape: what makes it of its sizes, their factors by the scale of its
 # model along x, y and z, as Gazebo takes them, and the rules of its elements.
 _SHAPES: dict[
@@ -838,6 +854,11 @@ _SHAPES: dict[
     "sphere": (Sphere, lambda x, y, z: (max(x, y, z),), (("radius", LENGTH),)),
     "cylinder": (
         Cylinder,
+        lambda x, y, z: (max(x, y), z),
+        (("radius", LENGTH), ("length", LENGTH)),
+    ),
+    "cone": (
+        _cone,
         lambda x, y, z: (max(x, y), z),
         (("radius", LENGTH), ("length", LENGTH)),
     ),

@@ -251,6 +251,19 @@ def test_a_round_shape_stays_round_by_the_scale_of_a_state(shape, reach, write):
     assert extent(obstacles(path))[2] == pytest.approx(reach, rel=0.02)
 
 
+def test_a_cone_is_narrower_farther_up(write):
+    cone = "<cone><radius>2</radius><length>4</length></cone>"
+    text = model(
+        f"<geometry>{cone}</geometry>", more="<pose>1 0 2 0 0 0</pose>"
+    )
+    found = World(models=[Model(file=str(write("a.world", world(text))))])
+    for height in (0.5, 1.0, 3.0):
+        radius = 2 - height / 2
+        expected = [1 - radius, -radius, 1 + radius, radius]
+        cut = extent(found.obstacles_at(height))
+        assert cut == pytest.approx(expected, abs=0.003)
+
+
 def test_a_comment_may_have_dashes_and_space_come_first(write):
     """Gazebo reads these; lines of faults stay those of the file."""
     text = "\n " + world("<!--\ngz sim -v 4 --levels\n-->\n" + model())
