@@ -203,7 +203,7 @@ def _cells(path: Path, settings: dict[str, Any]) -> tuple[Mask, Mask]:
     """Returns the occupied and the free cells, from the lowest row up."""
     threshold, free_threshold = _thresholds(path, settings)
     mode = settings.get("mode", "trinary")
-    if mode not in _MODES:
+    if str(mode).lower() not in _MODES:
         raise MapError(
             f"{path}: mode must be one of {', '.join(_MODES)}, got {mode!r:.60}"
         )
@@ -216,8 +216,10 @@ def _cells(path: Path, settings: dict[str, Any]) -> tuple[Mask, Mask]:
     gray, known, top = _pixels(path.parent / name)
     # The occupancy of each pixel value.
     levels = np.arange(top + 1)
-    if mode == "raw":
-        occupancy = np.where(levels <= 100, levels / 100, np.nan)
+    if str(mode).lower() == "raw":
+        # (Like map_server, it takes the upper 8 of 16 bits.)
+        percent = np.round(levels * 255 / top)
+        occupancy = np.where(percent <= 100, percent / 100, np.nan)
     else:
         occupancy = levels / top if negate else 1 - levels / top
     occupied = (occupancy > threshold)[gray] & known

@@ -54,6 +54,7 @@ def test_modes_and_negation_mean_what_they_mean_for_map_server(tmp_path):
         [False, False, True, False, False, False],
         [True, False, False, False, False, False],
     )
+    assert cells(mode="Raw") == cells(mode="raw")
     assert cells(occupied_thresh=0.9)[0] == [True] + [False] * 5
     assert cells(free_thresh=0.5)[1] == [False] * 4 + [True, True]
 
@@ -63,6 +64,11 @@ def test_16_bits_and_transparency_are_read(tmp_path):
     dut = read_map(write_map(tmp_path, deep))
     assert dut.occupied.tolist() == [[False, True, True]]
     assert dut.free.tolist() == [[True, False, False]]
+    # Of 16 bits, the upper ones are the percents of the mode "raw".
+    percent = np.array([[257 * 101, 257 * 100, 257 * 2, 99]], dtype=np.uint16)
+    dut = read_map(write_map(tmp_path, percent, mode="raw"))
+    assert dut.occupied.tolist() == [[False, True, False, False]]
+    assert dut.free.tolist() == [[False, False, True, True]]
     clear = np.zeros((1, 2, 4), dtype=np.uint8)
     clear[0, 0, 3] = 255
     path = write_map(tmp_path, ["#"], image="clear.png")
