@@ -96,6 +96,8 @@ class Rule:
 
 
 _NUMBER, _POINT, _LEAST_0 = Rule(), Rule((3,)), Rule(low=0.0)
+# Those of limits that are none are large, as 1e16.
+_ANY, _ANY_LEAST_0 = Rule((1,), -math.inf, math.inf), Rule((1,), 0.0, math.inf)
 # A length, and three of them.
 LENGTH = Rule(low=0.0, high=_SIZE, is_open=True)
 SIDES = Rule((3,), 0.0, _SIZE, is_open=True)
@@ -125,10 +127,10 @@ _URDF = {
     ("origin", "rpy"): _POINT,
     ("mass", "value"): _LEAST_0,
     ("axis", "xyz"): Rule((3,), not_zero="all"),
-    ("limit", "lower"): _NUMBER,
-    ("limit", "upper"): _NUMBER,
-    ("limit", "effort"): _LEAST_0,
-    ("limit", "velocity"): _LEAST_0,
+    ("limit", "lower"): _ANY,
+    ("limit", "upper"): _ANY,
+    ("limit", "effort"): _ANY_LEAST_0,
+    ("limit", "velocity"): _ANY_LEAST_0,
     ("mu_static", "value"): _LEAST_0,
     ("mu_dynamic", "value"): _LEAST_0,
     ("dynamics", "damping"): _LEAST_0,

@@ -96,6 +96,10 @@ def test_sound_text_has_no_fault(tmp_path):
     own = '<gazebo><sphere radius="none"/></gazebo></robot>'
     (tmp_path / "robot.urdf").write_text(text.replace("</robot>", own))
     assert find_markup_fault(tmp_path / "robot.urdf") == ""
+    # Limits that are none.
+    none = '<limit lower="-1e16" upper="1e16" effort="1e10" velocity="1e10"/>'
+    text = FOOTPRINT.replace(AXIS, AXIS + none)
+    assert find_markup_fault(tmp_path / "robot.urdf", text) == ""
 
 
 # Faults that Drake finds, in the process that may crash.
