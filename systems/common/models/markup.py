@@ -274,8 +274,11 @@ def _collision_faults(collision: Element) -> Iterator[tuple[Element, str]]:
         for child in mesh.children:
             name = child.text.strip() if child.tag == "uri" else name
         if not name.lower().endswith(_MESHES):
+            # Of URDF, those that are there and can be read are replaced.
+            others = ", or a .stl or .dae that is there and can be read"
             yield (
                 mesh,
-                f"the mesh of <collision> must be one of {', '.join(_MESHES)},"
-                f" got {shown(name)}; convert it, or take a box or cylinder",
+                f"the mesh of <collision> must be one of {', '.join(_MESHES)}"
+                f"{others * ('filename' in mesh.attributes)}, got"
+                f" {shown(name)}; convert it, or take a box or cylinder",
             )

@@ -58,6 +58,10 @@ IN_TEXT = {
         *(WHEEL, '<mesh filename="part.STL"/>'),
         "mesh of <collision> must be one of .*, got 'part.STL'; convert it",
     ),
+    "missing stl": (
+        *(WHEEL, '<mesh filename="part.stl"/>'),
+        ", or a .stl or .dae that is there and can be read, got 'part.stl'",
+    ),
     "scale": (
         *(WHEEL, '<mesh filename="part.obj" scale="1 0 1"/>'),
         "scale of <mesh> must not be 0, got '1 0 1'",
