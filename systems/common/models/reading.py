@@ -30,8 +30,11 @@ from hunav_drake.systems.common.models.markup import find_markup_fault
 from hunav_drake.systems.common.models.xacro import (
     DRAKES,
     RobotText,
+    drakes_mesh,
+    mesh_path,
     nearby_packages,
     read_robot,
+    without_comments,
 )
 from hunav_drake.systems.common.suggest import shown, suggestion
 
@@ -43,9 +46,15 @@ _MARKUP = (".sdf", ".world")
 # Models below this folder are those of the package, which are sound.
 _OWN = Path(__file__).resolve().parents[2]
 
-# A plane among collision shapes; and a file that is named relative to the text.
-_PLANE = re.compile(
-    r"<collision\b(?:(?!</collision>).)*?<plane\b.*?</collision>", re.DOTALL
+# A plane among collision shapes, and elements for simulators, of which Drake
+# knows few; the name of a mesh; and a file that is named relative to the text.
+_LEFT_OUT = re.compile(
+    r"<collision\b(?:(?!</collision>).)*?<plane\b.*?</collision>"
+    r"|<(sensor|plugin)\b[^>]*(?:/>|(?<!/)>.*?</\1>)",
+    re.DOTALL,
+)
+_MESH = re.compile(
+    r"(<mesh\b(?:(?!</mesh>).)*?<uri>\s*)([^<>]*?)(\s*</uri>)", re.DOTALL
 )
 _RELATIVE = re.compile(r"(<uri>\s*)([^<>:/\s][^<>:]*?)(\s*</uri>)")
 
@@ -79,14 +88,15 @@ def AddModels(
     path = _path_of(known, file)
     robot = None
     try:
-        text = _text_without_planes(path)
+        text = _sdf_text(known, path)
         robot = _robot_text(known, path, arguments)
         if robot is not None and robot.is_changed:
             # (Drake repeats what it warns of at each reading.)
             with _quiet():
                 found = parser.AddModelsFromString(robot.text, "urdf")
         elif text is not None:
-            found = parser.AddModelsFromString(text, "sdf")
+            with _quiet():
+                found = parser.AddModelsFromString(text, "sdf")
         elif file.startswith("package://"):
             found = parser.AddModels(url=file)
         else:
@@ -95,7 +105,11 @@ def AddModels(
         raise
     except (RuntimeError, ValueError, SystemExit, OSError) as error:
         name = path.name if robot is None else robot.name
-        words = drake_words(error).replace("<literal-string>.urdf", name)
+        words = re.sub(
+            r"<literal-string>\.(?:urdf|sdf)",
+            lambda _: name,
+            drake_words(error),
+        )
         raise ModelFault(
             ("file",),
             f"cannot be read: {words}; correct that in the file,"
@@ -133,7 +147,10 @@ def check_model_file(
             content = robot.text.encode()
             fault = find_markup_fault(Path(robot.name), robot.text)
         else:
-            fault = find_markup_fault(path) if path.suffix in _MARKUP else ""
+            text = _sdf_text(known, path)
+            fault = (
+                find_markup_fault(path, text) if path.suffix in _MARKUP else ""
+            )
     except OSError as error:
         fault = str(error.strerror)
     if fault:
@@ -214,10 +231,7 @@ def robot_text(
 def _robot_text(
     known: PackageMap, path: Path, arguments: Mapping[str, str] | None
 ) -> RobotText | None:
-    # (Drake downloads its packages when their folders are asked for.)
-    names = [it for it in known.GetPackageNames() if it not in DRAKES]
-    folders = {name: known.GetPath(name) for name in names}
-    return read_robot(path, folders, arguments or {})
+    return read_robot(path, _folders(known), arguments or {})
 
 
 def check_pictures(
@@ -333,22 +347,39 @@ def _path_of(known: PackageMap, file: str) -> Path:
     return path
 
 
-def _text_without_planes(path: Path) -> str | None:
-    """Returns SDF without collision planes; None if it is to be read as is.
+def _sdf_text(known: PackageMap, path: Path) -> str | None:
+    """Returns SDF that Drake reads; None if it is to be read as is.
 
-    Beside some ten other shapes, planes crash Drake; and the name of a file
-    must tell Drake its format.
+    Beside some ten other shapes, planes crash Drake; it shows few formats of
+    meshes; and the name of a file must tell Drake its format.
     """
-    if path.suffix not in (".sdf", ".world"):
+    if path.suffix not in _MARKUP:
         return None
-    text = path.read_text(encoding="utf-8", errors="replace")
-    without, count = _PLANE.subn(lambda it: "\n" * it[0].count("\n"), text)
-    if not count and path.suffix == ".sdf":
+    raw = path.read_text(encoding="utf-8", errors="replace")
+    plain = without_comments(raw)
+    text = _LEFT_OUT.sub(lambda it: "\n" * it[0].count("\n"), plain)
+    folder, folders = path.resolve().parent, _folders(known)
+
+    def shown_mesh(match: re.Match[str]) -> str:
+        named = mesh_path(match[2], folder, folders)
+        mesh = drakes_mesh(named)
+        uri = (
+            match[2] if mesh in (None, named) else f"file://{escape(str(mesh))}"
+        )
+        return f"{match[1]}{uri}{match[3]}"
+
+    text = _MESH.sub(shown_mesh, text)
+    if text == plain and path.suffix == ".sdf":
         return None
-    folder = escape(path.resolve().parent.as_posix())
     return _RELATIVE.sub(
-        lambda it: f"{it[1]}file://{folder}/{it[2]}{it[3]}", without
+        lambda it: f"{it[1]}file://{escape(str(folder))}/{it[2]}{it[3]}", text
     )
+
+
+def _folders(known: PackageMap) -> dict[str, str]:
+    # (Drake downloads its packages when their folders are asked for.)
+    names = [it for it in known.GetPackageNames() if it not in DRAKES]
+    return {name: known.GetPath(name) for name in names}
 
 
 @contextmanager

@@ -341,6 +341,11 @@ def _place(module: Any) -> str:
     return Path((module.filestack or ["it"])[-1]).name
 
 
+def without_comments(text: str) -> str:
+    """Returns markup without comments; lines stay what they are."""
+    return _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
+
+
 def _with_meshes(
     text: str, folder: Path, packages: Mapping[str, str]
 ) -> tuple[str, list[str]]:
@@ -350,7 +355,7 @@ def _with_meshes(
     link; and these but meshes, if the file has no visual at all.
     """
     unseen: list[str] = []
-    plain = _COMMENT.sub(lambda it: "\n" * it[0].count("\n"), text)
+    plain = without_comments(text)
     is_bare = not _VISUAL.search(plain)
 
     def is_seen(visual: str) -> bool:
@@ -362,8 +367,8 @@ def _with_meshes(
     def _is_seen(name: str) -> bool:
         if name.strip().startswith(tuple(f"package://{it}/" for it in DRAKES)):
             return True
-        path = _mesh_path(name, folder, packages)
-        return _drakes_mesh(path) is not None
+        path = mesh_path(name, folder, packages)
+        return drakes_mesh(path) is not None
 
     def link(match: re.Match[str]) -> str:
         looks: list[str] = []
@@ -405,7 +410,7 @@ def _unmirrored(visual: str, folder: Path, packages: Mapping[str, str]) -> str:
             return visual
         (file,) = (it for it in _FILE.finditer(visual) if it[2] == "mesh")
         signs = math.copysign(1, x), math.copysign(1, y), math.copysign(1, z)
-        mesh = read_mesh(_mesh_path(file[4], folder, packages))
+        mesh = read_mesh(mesh_path(file[4], folder, packages))
         path = obj_of(mesh, signs=signs, is_plain=True)
     # What cannot be read otherwise is shown as it is.
     except ValueError:
@@ -419,8 +424,8 @@ def _with_paths(text: str, folder: Path, packages: Mapping[str, str]) -> str:
     """Returns URDF with absolute paths of meshes, as files that Drake reads."""
 
     def absolute(match: re.Match[str]) -> str:
-        path = _mesh_path(match[4], folder, packages)
-        path = (_drakes_mesh(path) if match[2] == "mesh" else None) or path
+        path = mesh_path(match[4], folder, packages)
+        path = (drakes_mesh(path) if match[2] == "mesh" else None) or path
         if not path.is_file():
             return match[0]
         return f"{match[1]}{match[3]}file://{path}{match[3]}"
@@ -453,7 +458,8 @@ def _with_motors(text: str) -> str:
     return text.replace("</robot>", f"{motors}</robot>")
 
 
-def _mesh_path(name: str, folder: Path, packages: Mapping[str, str]) -> Path:
+def mesh_path(name: str, folder: Path, packages: Mapping[str, str]) -> Path:
+    """Returns the path of a mesh that a file in a folder names."""
     scheme, mark, rest = name.strip().partition("://")
     if not mark:
         return folder / scheme
@@ -463,7 +469,7 @@ def _mesh_path(name: str, folder: Path, packages: Mapping[str, str]) -> Path:
     return Path(packages.get(package, "/nowhere")) / rest
 
 
-def _drakes_mesh(path: Path) -> Path | None:
+def drakes_mesh(path: Path) -> Path | None:
     """Returns a file that Drake reads for a mesh; None if there is none."""
     if path.suffix.lower() in _SHOWN:
         return path if path.is_file() else None

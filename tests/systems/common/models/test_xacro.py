@@ -273,6 +273,26 @@ def test_the_hull_of_stl_stands_among_collision_shapes(tmp_path):
     assert len(corners) == 4
 
 
+def test_sdf_of_gazebo_is_read_and_its_meshes_are_shown(tmp_path, capfd):
+    """Of what is for simulators, Drake refuses some, and warns of the rest."""
+    (tmp_path / "part.stl").write_text(stl(block((0, 0, 0), (1, 1, 1))))
+    mesh = "<geometry><mesh><uri>part.stl</uri></mesh></geometry>"
+    file = tmp_path / "robot.sdf"
+    file.write_text(
+        '<sdf version="1.6"><model name="r"><!-- <plugin> --><link name="l">\n'
+        '<sensor name="s" type="imu"><gz_frame_id>l</gz_frame_id></sensor>\n'
+        f'<visual name="v">{mesh}</visual><collision name="c">{mesh}'
+        '</collision></link><plugin name="p" filename="p.so"/></model></sdf>'
+    )
+    tried = f"{reading.__name__}:try_model_file"
+    reading.check_model_file(str(file), {}, tried)
+    inspector = scene_of(file).model_inspector()
+    for role in (Role.kIllustration, Role.kProximity):
+        (shape,) = inspector.GetAllGeometryIds(role)
+        assert inspector.GetShape(shape).extension() == ".obj"
+    assert "plugin" not in capfd.readouterr().err
+
+
 def test_a_namespace_is_empty_unless_it_is_given(tmp_path):
     file = tmp_path / "robot.urdf"
     file.write_text('<robot name="r"><link name="${namespace}base"/></robot>')
