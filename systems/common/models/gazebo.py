@@ -53,8 +53,9 @@ from hunav_drake.systems.common.models.mesh_files import MeshFile, read_mesh
 from hunav_drake.systems.common.models.reading import file_path
 from hunav_drake.systems.common.suggest import shown
 
-# What a text has that is for this reader, and not for Drake's.
-_OURS = re.compile(rb"<world\b|<include\b|<mesh\b|<actor\b")
+# What a text has that is for this reader, and not for Drake's. (Joints have no
+# meaning in a world, and Drake refuses those that form a loop.)
+_OURS = re.compile(rb"<(?:world|include|mesh|actor|joint)\b")
 
 # Models of the simulator: here, a trial has a floor, and views have light.
 _SCENERY = ("sun", "ground_plane", "ground plane")
@@ -161,7 +162,8 @@ class GazeboFile:
 def is_gazebo_file(file: str | Path) -> bool:
     """Returns whether this reads a file, and not Drake's parser.
 
-    It is a .world; or a .sdf with a world, an include, an actor or a mesh.
+    It is a .world; or a .sdf with a world, an include, an actor, a mesh or a
+    joint.
     """
     kind = Path(file).suffix.lower()
     if kind not in (".world", ".sdf"):

@@ -619,6 +619,21 @@ def test_drake_reads_what_it_can_read(version, write):
     assert not is_gazebo_file("package://nowhere/a.sdf")
 
 
+def test_walls_that_joints_hold_in_a_loop_are_read(write):
+    links = "".join(
+        f'<link name="l{i}"><pose>{2 * i} 0 0.5 0 0 0</pose>{SHAPE}</link>'
+        for i in range(3)
+    )
+    joints = "".join(
+        f'<joint name="{i}" type="fixed"><parent>l{i}</parent>'
+        f"<child>l{(i + 1) % 3}</child></joint>"
+        for i in range(3)
+    )
+    text = sdf(f'<model name="m"><static>1</static>{links}{joints}</model>')
+    found = obstacles(write("a.sdf", text))
+    assert extent(found) == pytest.approx([-0.5, -0.5, 4.5, 0.5])
+
+
 def scenario_text(path, **more) -> str:
     return yaml.safe_dump(
         {
