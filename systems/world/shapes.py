@@ -165,8 +165,8 @@ class Model:
     like, folders named `models` near the file, and those of Fuel."""
 
     skip_missing: StrictBool = False
-    """Whether models that a world of Gazebo names, and that are not there, are
-    left out; otherwise they are faults."""
+    """Whether models and meshes that a world of Gazebo names, and that are not
+    there, are left out; otherwise they are faults."""
 
 
 @plain_errors

@@ -224,7 +224,7 @@ class _Fault(ValueError):
 
 
 class _Missing(_Fault):
-    """A model that is not there."""
+    """A model or a mesh that is not there."""
 
 
 @dataclass(frozen=True)
@@ -660,7 +660,10 @@ class _Reader:
             instead = "people and robots walk around what is shown"
             self.losses += [f"{it}; {instead}" for it in failed["collision"]]
             failed["collision"] = []
-        self.faults += map(str, failed["collision"])
+        for failure in failed["collision"]:
+            is_skipped = self.skip_missing and isinstance(failure, _Missing)
+            lines = self.losses if is_skipped else self.faults
+            lines.append(str(failure) + "; it is left out" * is_skipped)
         self.visuals += found["visual"]
         self.collisions += found["collision"]
         if len(self.visuals) + len(self.collisions) > _MOST:
@@ -719,6 +722,9 @@ class _Reader:
             part, centered = submesh.text("name"), submesh.is_true("center")
         try:
             path = self.folders.find(mesh.text("uri"), mesh.path.parent)
+        except (OSError, ValueError) as error:
+            raise _Missing(f"{mesh.place()}: <mesh>: {error}") from error
+        try:
             found = read_mesh(path, part, centered)
         except (OSError, ValueError) as error:
             raise mesh.fault(f"<mesh>: {error}") from error

@@ -595,6 +595,21 @@ def test_missing_models_are_faults_unless_they_are_skipped(write):
     assert len(found.losses) == 1
 
 
+def test_missing_meshes_are_faults_unless_they_are_skipped(write):
+    """A world that Gazebo saved has its models, not their meshes."""
+    inner = model(mesh("no.dae")) + model(name="other")
+    path = write("a.world", world(inner))
+    with pytest.raises(ModelFault, match=r"a.world:5: <mesh>: there is no "):
+        read_gazebo(path)
+    found = read_gazebo(path, skip_missing=True)
+    assert len(found.collisions) == len(found.visuals) == 1
+    assert any("it is left out" in line for line in found.losses)
+    write("bad.dae", "no mesh")
+    path = write("b.world", world(model(mesh("bad.dae"))))
+    with pytest.raises(ModelFault, match=r"bad.dae cannot be read"):
+        read_gazebo(path, skip_missing=True)
+
+
 def test_what_was_read_is_kept_until_a_file_changes(write, cache, monkeypatch):
     path = write("a.stl", stl(CUBE))
     first = read_mesh(path).triangles
