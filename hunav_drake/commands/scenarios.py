@@ -130,7 +130,7 @@ def _add_world_options(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--skip-missing",
         action="store_true",
-        help="leave out the models that are not there",
+        help="leave out the models and meshes that are not there",
     )
 
 

@@ -30,10 +30,11 @@ _MAX_BYTES = 100_000
 
 _MODES = ("trinary", "scale", "raw")
 
-# The keys of map_server; multi_map_server knows a map by its `map_id`.
+# The keys of map_server, and those of others who read its maps: `map_id` of
+# multi_map_server, `map_type` of Nav2.
 _KEYS = (
     *("image", "resolution", "origin", "negate", "occupied_thresh"),
-    *("free_thresh", "mode", "map_id"),
+    *("free_thresh", "mode", "map_id", "map_type"),
 )
 
 

@@ -105,7 +105,8 @@ def test_walls_are_where_the_origin_says(tmp_path):
 
 def test_what_other_tools_write_is_taken(tmp_path):
     # multi_map_server names its maps.
-    assert read_map(write_map(tmp_path, ["#."], map_id="floor_1")).free.any()
+    more = {"map_id": "floor_1", "map_type": "occupancy"}
+    assert read_map(write_map(tmp_path, ["#."], **more)).free.any()
 
 
 def test_a_map_that_changes_is_read_again(tmp_path):
