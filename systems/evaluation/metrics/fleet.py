@@ -73,8 +73,10 @@ def contacts_between_robots(recording: Recording) -> float:
 
 
 def _contacts(times: Array, gaps: Array) -> int:
-    touches = times[gaps < CONTACT_GAP]
-    begins = np.diff(touches, prepend=-np.inf) > CONTACT_PAUSE
+    touches = np.flatnonzero(gaps < CONTACT_GAP)
+    # (Samples may be farther apart than that.)
+    begins = np.diff(touches, prepend=-2) > 1
+    begins &= np.diff(times[touches], prepend=-np.inf) > CONTACT_PAUSE
     return int(np.count_nonzero(begins))
 
 

@@ -47,6 +47,14 @@ def test_a_contact_ends_after_a_pause():
     assert values["contacts_between_robots"] == 2
 
 
+def test_a_contact_lasts_while_all_samples_are_in_it_however_rare_they_are():
+    gap = np.array([0, 0, 0, 1, 0, 0.0])
+    times = 0.5 * np.arange(6)
+    first = robot(0 * gap, name="a", times=times)
+    values = of(first, robot(0.5 + gap, name="b", times=times))
+    assert values["contacts_between_robots"] == 2
+
+
 def test_each_pair_counts():
     still = np.zeros(5)
     values = of(*(robot(still + 0.5 * i, name=f"r{i}") for i in range(4)))
