@@ -46,7 +46,8 @@ class Failing(NamedTuple):
         robustness: The least margin; below 0 the trial fails.
         time: When the margin first fell below 0 or, if it never did, was least;
             in seconds.
-        person: The index of the person whom it concerns, -1 for nobody.
+        person: The index of the person whom it concerns, the nearest one if
+            several are equal; -1 for nobody.
         bearing: The direction of the center of that person from the robot, one
             sample before (then, if the person was not there yet), in radians, 0
             ahead, counterclockwise; NaN for nobody.
@@ -116,10 +117,11 @@ class Robustness:
         series = margins.reshape(len(recording), -1).min(axis=1, initial=np.inf)
         least = float(series.min())
         at = int(np.argmax(series < 0) if least < 0 else series.argmin())
+        gaps = recording.features.gaps[at]
         if margins.ndim == 2 and people and math.isfinite(least):
-            person = int(margins[at].argmin())
+            # (Of equal margins, that of the nearest person.)
+            person = int(np.lexsort((gaps, margins[at]))[0])
         else:
-            gaps = recording.features.gaps[at]
             nobody = not np.isfinite(gaps).any()
             person = -1 if nobody else int(np.nanargmin(gaps))
         return Failing(

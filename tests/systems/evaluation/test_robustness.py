@@ -143,6 +143,16 @@ def test_just_the_time_that_is_allowed_is_no_failure(begin):
     assert failing("freeze", recorded(robot)).robustness == 0.0
 
 
+def test_of_equal_margins_that_of_the_nearest_person_counts():
+    robot = walking(0, 0, 0.5, 0)
+    gone = np.full((101, 7), np.nan)
+    people = [gone, walking(9, 8, 0, 0), walking(3, 4, 0, 0)]
+    for order in [(0, 1, 2), (2, 1, 0)]:
+        rows = [people[i] for i in order]
+        found = failing("intrusion", recorded(robot, *rows))
+        assert (found.robustness, order[found.person]) == (2.0, 2)
+
+
 def test_a_robot_that_does_not_arrive_is_late_by_the_way_left():
     found = failing("timeout", recorded(walking(0, 0, 1, 0)))
     assert math.isclose(found.robustness, -10.0)
