@@ -42,12 +42,13 @@ _FEW = 11
 
 
 # The metrics that can be negative, and those in [0, 1].
-_SIGNED = ("avg_robot_linear_speed",)
+_SIGNED = ("avg_robot_linear_speed", "min_dist_between_robots")
 _FRACTIONS = (
     "completed",
     "path_efficiency",
     "success_weighted_path_length",
     "success_weighted_time_length",
+    "reactive_share",
 )
 
 

@@ -86,7 +86,10 @@ def test_intervals_end_where_values_do():
     assert free["low"] < 0 == bounded["low"]
     assert free["high"] == bounded["high"]
     assert bounds_of("avg_robot_linear_speed")[0] < 0
+    # (Negative where discs overlap.)
+    assert bounds_of("min_dist_between_robots") == (-np.inf, np.inf)
     assert bounds_of("space_compliance") == (0, 100)
+    assert bounds_of("reactive_share") == (0, 1)
     assert bounds_of("of_somebody") == (-np.inf, np.inf)
 
 
