@@ -57,7 +57,8 @@ def add_evaluate_options(evaluate: argparse.ArgumentParser) -> None:
         "--reference",
         metavar="FILE",
         type=Path,
-        help="a recording of the ideal trajectory of the robot",
+        help="a recording of the ideal trajectory of the robot; of several"
+        " robots, of those with the same names",
     )
     evaluate.add_argument(
         "--people",

@@ -180,10 +180,35 @@ class Recording(RecordedArrays):
         return type(self)(**values)
 
     def compared_with(self, reference: "Recording") -> Self:
-        """Returns the same trial with another's robot path as reference."""
-        robot = reference.robot
-        path = np.column_stack([reference.times, robot[:, X], robot[:, Y]])
-        return replace(self, reference_path=path)
+        """Returns the same trial with another's robot path as reference.
+
+        Of several robots, each gets the path of the one of its name, until its
+        end.
+
+        Raises:
+            ValueError: If the reference has other robots.
+        """
+        given, names = (
+            {it.robot_name or "robot": it.until_end() for it in one.robots}
+            for one in (reference, self)
+        )
+        if not (self.others or reference.others):
+            given = dict.fromkeys(names, reference)
+        if not names.keys() <= given.keys():
+            raise ValueError(
+                "the reference must have the robots of the recording,"
+                f" {', '.join(map(repr, names))}; it has"
+                f" {', '.join(map(repr, given))}"
+            )
+        paths = [
+            np.column_stack([it.times, it.robot[:, [X, Y]]])
+            for it in (given[name] for name in names)
+        ]
+        others = (
+            replace(it, reference_path=path)
+            for it, path in zip(self.others, paths[1:], strict=True)
+        )
+        return replace(self, reference_path=paths[0], others=tuple(others))
 
     def only(self, behavior: str) -> Self:
         """Returns the same trial with only the people of one behavior.

@@ -59,7 +59,7 @@ _OPTIONAL = {
 _OF_ROBOT = (
     *("robot", "goal", "goal_tolerance", "goal_yaw_tolerance"),
     *("robot_max_speed", "contacts", "wall_contact", "contact_forces_known"),
-    *("robot_name", "end_time"),
+    *("robot_name", "end_time", "reference_path"),
 )
 
 

@@ -95,6 +95,36 @@ def test_makespan_is_the_last_arrival_and_costs_are_their_sum():
     assert np.isnan(of(first, never)["sum_of_costs"])
 
 
+def test_each_robot_has_the_reference_of_its_name(tmp_path):
+    x = np.linspace(0, 4, 41)
+    a, b = robot(x, name="a"), robot(x, y=3.0, name="b")
+    both = dataclasses.replace(a, others=(b,))
+    near = dataclasses.replace(
+        robot(x, y=3.5, name="b"), others=(robot(x, y=1.0, name="a"),)
+    )
+    compared = both.compared_with(near)
+    values = evaluate(compared, ["ade"]).values
+    assert values == pytest.approx(
+        {"a.avg_displacement_error": 1.0, "b.avg_displacement_error": 0.5}
+    )
+    compared.save(tmp_path / "compared.npz")
+    assert Recording.load(tmp_path / "compared.npz") == compared
+    # (Also where only some have one.)
+    some = dataclasses.replace(compared, others=(b,))
+    some.save(tmp_path / "some.npz")
+    assert Recording.load(tmp_path / "some.npz") == some
+    with pytest.raises(ValueError, match="robots of the recording, 'a', 'b'"):
+        both.compared_with(a)
+    with pytest.raises(ValueError, match="'robot'; it has 'a', 'b'"):
+        robot(x).compared_with(both)
+    # What a robot does after its end is no reference.
+    ended = dataclasses.replace(
+        both, others=(dataclasses.replace(b, end_time=1.0),)
+    )
+    path = both.compared_with(ended).others[0].reference_path
+    assert path[-1, 0] == pytest.approx(1.0)
+
+
 def test_one_robot_has_none_of_them_unless_they_are_named():
     alone = robot(np.zeros(3))
     assert not evaluate(alone, ["fleet"]).values
