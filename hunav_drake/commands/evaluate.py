@@ -65,7 +65,7 @@ def evaluate_file(
         recording = recording.compared_with(ReadRecording(reference))
     ends: dict[str, EndReason] = {
         it.robot_name: "goal" if it.features.at_goal[-1] else "end"
-        for it in recording.robots
+        for it in (robot.until_end() for robot in recording.robots)
     }
     at_goal = set(ends.values()) == {"goal"}
     return MakeTrialResult(

@@ -64,6 +64,29 @@ def test_evaluate_takes_names_a_goal_and_a_reference(hunav, recording):
         assert end in out
 
 
+def test_what_a_robot_does_after_its_end_does_not_count(hunav, tmp_path):
+    """One is pushed off its goal later, and one on to it."""
+    rows = np.zeros((3, 7))
+    rows[:, 0] = 0, 1, 2
+    off, on = (
+        Recording(
+            times=np.arange(3.0),
+            robot=rows,
+            humans=np.zeros((3, 0, 7)),
+            goal=(x, 0.0, 0.0),
+            robot_name=name,
+            end_time=1.0,
+        )
+        for name, x in (("off", 1.0), ("on", 2.0))
+    )
+    for robots, end in (((off,), "goal"), ((off, on), "end")):
+        path = tmp_path / "a.npz"
+        first = dataclasses.replace(off, robot_name="a")
+        dataclasses.replace(first, others=robots).save(path)
+        _, out, _ = hunav("evaluate", path)
+        assert f"s: {end} (" in out
+
+
 def test_the_heading_counts_if_the_goal_has_one(hunav, tmp_path):
     path = tmp_path / "a.csv"
     rows = "".join(f"{k},robot,{k},0,0\n" for k in range(3))
