@@ -168,7 +168,7 @@ def _bridge(options: argparse.Namespace) -> int:
     tell_doubts(scenario)
     if options.out is not None:
         check_out(options.out)
-    from hunav_drake.commands.run import keep_run
+    from hunav_drake.commands.run import keep_run, with_setting
     from hunav_drake.hunavsim.ros2.live import RunBridge, with_bridge
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.systems.planning.ros2.bridge import BridgePlanner
@@ -195,6 +195,7 @@ def _bridge(options: argparse.Namespace) -> int:
             planner,
             tell=lambda line: print(f"hunav: {line}", file=sys.stderr),
         )
+    result = with_setting(result, options)
     # Before printing, which the reader of a pipe may end early.
     written = [] if options.out is None else keep_run(result, scenario, options)
     failed = result.end_reason == "planner_failed"

@@ -184,6 +184,7 @@ def _run(options: argparse.Namespace) -> int:
     costs: list[str] = []
     if options.relative and result.end_reason != "planner_failed":
         result, costs = _relative(result, scenario)
+    result = with_setting(result, options)
     # Before printing, which the reader of a pipe may end early.
     written = []
     if options.out is not None:
@@ -311,6 +312,17 @@ def _show(
             continue
 
 
+def with_setting(
+    result: "TrialResult", options: argparse.Namespace
+) -> "TrialResult":
+    """Returns a result with the name of its settings."""
+    from hunav_drake.runs.settings import setting_text
+
+    label = getattr(options, "label", None)
+    setting = setting_text(options.overrides) if label is None else label
+    return dataclasses.replace(result, setting=setting)
+
+
 def keep_run(
     result: "TrialResult",
     scenario: "Scenario",
@@ -320,12 +332,7 @@ def keep_run(
     """Writes the files of a run, with Meshcat's replay; returns messages."""
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.runs.result_files import WriteResult
-    from hunav_drake.runs.settings import setting_text
     from hunav_drake.scenario import SaveScenario
-
-    label = getattr(options, "label", None)
-    setting = setting_text(options.overrides) if label is None else label
-    result = dataclasses.replace(result, setting=setting)
 
     def add_pages(folder: Path) -> None:
         SaveScenario(scenario, folder / "scenario.yaml")

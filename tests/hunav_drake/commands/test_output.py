@@ -65,6 +65,11 @@ def test_a_program_reads_json(hunav, tmp_path):
     _, out, _ = hunav("evaluate", recording, "--json")
     again = json.loads(out)
     assert again["metrics"]["path_length"] == data["metrics"]["path_length"]
+    (file,) = tmp_path.rglob("result.json")
+    kept = json.loads(file.read_text())
+    assert kept["setting"] == data["setting"] == "simulation.duration=1"
+    _, out, _ = hunav("run", "passing", *SHORT, "--json", "--label", "short")
+    assert json.loads(out)["setting"] == "short"
 
 
 @pytest.mark.slow
