@@ -116,7 +116,8 @@ class TrialResult:
         provenance: The origin of the result: see `MakeProvenance`.
         end_reason: Why the trial ended.
         end_message: The same in words.
-        end_time: The simulated time of the end, in seconds.
+        end_time: The simulated time of the end, in seconds; of a file that is
+            evaluated, its length.
         robot_ends: Why each of several robots ended, by its name.
         setting: Difference from other runs of the same planner in the same
             scenario, apart from the seed; empty if there is none. Statistics

@@ -1,5 +1,7 @@
 """The three sentences at the top of a report are true."""
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -220,6 +222,19 @@ def test_a_trial_is_told_in_three_sentences():
     assert told_of(make_result(make_recording()))[0].startswith(
         "The robot had no goal; the trial ended after"
     )
+
+
+def test_a_file_whose_clock_begins_late_ended_after_its_length():
+    run = make_recording(goal=(1.0, 0.0, 0.0))
+    run = dataclasses.replace(run, times=run.times + 8.0)
+    told = {"end_time": 1.0, "provenance": {"source": "a.npz"}}
+    first, _, _ = told_of(make_result(run, end_reason="goal", **told))
+    assert first == (
+        "The robot reached its goal after 1.00 s and 1.00 m, from 8.00 s on."
+    )
+    # The clock of a trial begins with the trial.
+    first, _, _ = told_of(make_result(run, end_reason="goal", end_time=9.0))
+    assert first.startswith("The robot reached its goal after 1.00 s and")
 
 
 def test_contacts_and_empty_scenes_are_told():
