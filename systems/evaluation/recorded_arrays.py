@@ -126,6 +126,10 @@ class RecordedArrays:
                 )
             self._set(**{name: number})
 
+        if self.end_time is not None:
+            end_time = checked_array("end_time", self.end_time, ())
+            check_numbers("end_time", end_time)
+            self._set(end_time=float(end_time))
         if any(not np.array_equal(it.times, times) for it in self.others):
             raise ValueError(
                 "recording.others: must have the same times as the first robot"

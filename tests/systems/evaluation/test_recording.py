@@ -102,11 +102,20 @@ def test_it_may_be_of_nobody_and_of_one_instant():
         ({"goal_tolerance": 0.0}, "goal_tolerance: must be positive"),
         ({"goal_yaw_tolerance": np.nan}, "goal_yaw_tolerance: must be"),
         ({"nearest_walls": np.ones((3, 2, 1, 2))}, "nearest_walls: must have"),
+        ({"end_time": np.nan}, "end_time: must be finite.* got nan"),
+        ({"end_time": [1.0]}, "end_time: must have the shape"),
     ],
 )
 def test_what_cannot_be_is_an_error(kwargs, message):
     with pytest.raises(ValueError, match=message):
         constant_recording(**kwargs)
+
+
+@pytest.mark.parametrize("kind", [int, float, np.float32, np.float64])
+def test_the_end_of_a_robot_is_kept_whatever_its_type(kind, tmp_path):
+    dut = constant_recording(robot_name="a", end_time=kind(2))
+    dut.save(tmp_path / "a.npz")
+    assert Recording.load(tmp_path / "a.npz") == dut
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
