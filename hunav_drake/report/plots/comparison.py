@@ -122,8 +122,8 @@ def plot_differences(
 
     A row has the mean difference, planner minus reference, with its 95 %
     confidence interval; dots are the differences of single pairs, for at most
-    200 pairs. Where the interval does not contain 0, it is thick. If one of
-    the two does not arrive in a pair, that pair counts for rates only. See
+    200 pairs. The interval is thick where one of the two is better. If one of
+    them does not arrive in a pair, that pair counts for rates only. See
     `hunav_drake.runs.statistics.compare`.
 
     Args:
