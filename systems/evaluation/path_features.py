@@ -115,7 +115,8 @@ def _thinned(points: Array, spacing: float) -> Array:
     x, y = points.T.tolist()
     for k in range(1, len(points)):
         dx, dy = x[k] - x[kept[-1]], y[k] - y[kept[-1]]
-        if dx * dx + dy * dy >= spacing * spacing:
+        # (Steps of just this length differ by rounding, wherever they are.)
+        if dx * dx + dy * dy >= spacing * spacing * (1 - 1e-9):
             kept.append(k)
     return points[kept]
 
