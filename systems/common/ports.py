@@ -1,6 +1,7 @@
 """Helpers that declare, find and check ports, and weak callbacks."""
 
 from collections.abc import Callable, Mapping, Sequence
+import math
 from typing import Any
 from weakref import WeakMethod
 
@@ -46,6 +47,19 @@ def RobotStatesOf(port: InputPort, context: Context) -> Any:
             " omega, radius) of the robot to AddHumans(...).robot_states, or"
             " make the people with num_robots=0"
         ) from None
+
+
+def GoalOf(
+    port: InputPort, context: Context
+) -> tuple[float, float, float] | None:
+    """Returns the goal (x, y, yaw) at a port.
+
+    None if nothing is connected, or a number is not finite: there is no goal.
+    """
+    if not port.HasValue(context):
+        return None
+    x, y, yaw = port.EvalBasicVector(context).value().tolist()
+    return (x, y, yaw) if math.isfinite(x + y + yaw) else None
 
 
 def JoinPorts(

@@ -27,7 +27,7 @@ from hunav_drake.systems.common.layout import (
     Contact,
     is_outside,
 )
-from hunav_drake.systems.common.ports import weakly
+from hunav_drake.systems.common.ports import GoalOf, weakly
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.evaluation.recording import Recording, describe_people
@@ -429,9 +429,7 @@ class Evaluator(LeafSystem):
         return (x, y, yaw) if math.isfinite(x) else None
 
     def _EvalGoal(self, context: Context) -> tuple[float, float, float] | None:
-        has = self._goal.HasValue(context)
-        x, y, yaw = self._goal.Eval(context).tolist() if has else _NO_GOAL
-        return (x, y, yaw) if math.isfinite(x + y + yaw) else None
+        return GoalOf(self._goal, context)
 
     def _CalcMetrics(self, context: Context, output: BasicVector) -> None:
         last = context.get_abstract_state(self._samples).get_value()

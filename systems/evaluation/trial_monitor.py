@@ -17,6 +17,7 @@ from pydrake.systems.framework import (
 from hunav_drake.systems.common.checks import check_number, check_time_step
 from hunav_drake.systems.common.field_docs import explain
 from hunav_drake.systems.common.layout import STATE_SIZE, YAW, X, Y
+from hunav_drake.systems.common.ports import GoalOf
 from hunav_drake.systems.common.poses import is_at_goal
 
 
@@ -89,12 +90,13 @@ class TrialMonitor(StepMonitor):
 
     The goal is reached while the robot is within both tolerances of it. The
     robot is stuck when it has stayed within ``stuck_distance`` of one place
-    for ``stuck_time``.
+    for ``stuck_time``, on its way to a goal: the time begins anew while there
+    is no goal, or it is reached.
 
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
     robot, in W, in SI units, and ``goal`` takes (x, y, yaw), in meters and
-    radians; while it is not connected, the trial is always running. Port
-    ``trial_status`` gives the current `TrialStatus`.
+    radians; while it is not connected or not finite, there is no goal, and the
+    trial is running. Port ``trial_status`` gives the current `TrialStatus`.
 
     The discrete state holds the place (x, y), the time since when the robot has
     been near it, and 1 once there is such a place. A second group holds the
@@ -165,12 +167,13 @@ class TrialMonitor(StepMonitor):
         output.SetAtIndex(0, self._EvalStatus(context))
 
     def _EvalStatus(self, context: Context) -> TrialStatus:
-        if not self._goal.HasValue(context):
+        goal = GoalOf(self._goal, context)
+        if goal is None:
             return TrialStatus.RUNNING
         robot = self._robot_state.EvalBasicVector(context).value().tolist()
         if is_at_goal(
             (robot[X], robot[Y], robot[YAW]),
-            self._goal.EvalBasicVector(context).value().tolist(),
+            goal,
             tolerance=self._goal_tolerance,
             yaw_tolerance=self._goal_yaw_tolerance,
         ):
@@ -193,7 +196,11 @@ class TrialMonitor(StepMonitor):
         state = context.get_discrete_state(self._state).value().tolist()
         near_x, near_y, _, known = state
         moved = math.hypot(near_x - robot[X], near_y - robot[Y])
-        if not known or moved > self._stuck_distance:
+        waits = (
+            GoalOf(self._goal, context) is None
+            or self._status.Eval(context)[0] == TrialStatus.GOAL
+        )
+        if waits or not known or moved > self._stuck_distance:
             discrete_state.set_value(
                 self._state, [robot[X], robot[Y], context.get_time(), 1.0]
             )

@@ -22,7 +22,7 @@ from hunav_drake.systems.common.checks import (
     count_steps,
 )
 from hunav_drake.systems.common.layout import STATE_SIZE
-from hunav_drake.systems.common.ports import weakly
+from hunav_drake.systems.common.ports import GoalOf, weakly
 from hunav_drake.systems.common.registry import known_name
 from hunav_drake.systems.planning.cycles import (
     CycleTimeout,
@@ -71,12 +71,13 @@ class LocalPlanner(LeafSystem):
 
     Port ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius) of the
     robot, ``human_states`` n such rows of the people, in W, in SI units. Port
-    ``goal`` takes (x, y, yaw), in meters and radians; while it is not
-    connected, the robot does not move. Only a planner with a ``scan_size`` or
-    with lidar perception has port ``scan``: distances, in meters. Port
-    ``velocity_command`` gives (v, omega) in m/s and rad/s, ``status`` a
-    `PlannerStatus`, and ``path`` the planned path of the last decision: a
-    read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw).
+    ``goal`` takes (x, y, yaw), in meters and radians; while it is not connected
+    or not finite, there is no goal, and the robot does not move. Only a planner
+    with a ``scan_size`` or with lidar perception has port ``scan``: distances,
+    in meters. Port ``velocity_command`` gives (v, omega) in m/s and rad/s,
+    ``status`` a `PlannerStatus`, and ``path`` the planned path of the last
+    decision: a read-only array of shape (k, 2) or (k, 3), rows (x, y) or (x, y,
+    yaw).
 
     The discrete state holds (v, omega, status). For a planner with memory, or
     that stops on an error, the abstract state holds its last plan.
@@ -245,7 +246,7 @@ class LocalPlanner(LeafSystem):
             )
 
     def _MakePlan(self, context: Context) -> Plan:
-        if not self._goal.HasValue(context):
+        if GoalOf(self._goal, context) is None:
             return self._idle.plan
         planner, limit = self._planner, self._planner.cycle_limit
         arguments = (

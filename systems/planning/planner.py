@@ -143,14 +143,14 @@ class PlannerConfig(ABC):
 
         Inputs: ``robot_state`` takes the row (x, y, yaw, vx, vy, omega, radius)
         of the robot, ``human_states`` such rows of the people, as far as it
-        perceives them, ``goal`` (x, y, yaw), not connected if there is no goal;
-        all in W, in SI units. An optional input ``scan`` takes the distances
-        that ``task.lidar`` measures, in meters. Outputs: ``velocity_command``
-        gives (v, omega), in m/s and rad/s, ``status`` a `PlannerStatus`, and
-        ``path``, abstract, the planned path: an array of shape (k, 2) or (k,
-        3), rows (x, y) or (x, y, yaw). Optional outputs ``local_costmap`` and
-        ``global_costmap``, abstract, give a `Costmap` each, for Meshcat to
-        draw.
+        perceives them, ``goal`` (x, y, yaw), not connected or not finite if
+        there is no goal; all in W, in SI units. An optional input ``scan``
+        takes the distances that ``task.lidar`` measures, in meters. Outputs:
+        ``velocity_command`` gives (v, omega), in m/s and rad/s, ``status`` a
+        `PlannerStatus`, and ``path``, abstract, the planned path: an array of
+        shape (k, 2) or (k, 3), rows (x, y) or (x, y, yaw). Optional outputs
+        ``local_costmap`` and ``global_costmap``, abstract, give a `Costmap`
+        each, for Meshcat to draw.
         """
 
     def AddToBuilder(

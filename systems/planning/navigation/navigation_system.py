@@ -6,7 +6,7 @@ from typing import Any
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, OutputPort
 
-from hunav_drake.systems.common.ports import weakly
+from hunav_drake.systems.common.ports import GoalOf, weakly
 from hunav_drake.systems.planning.local_planner import LocalPlanner
 from hunav_drake.systems.planning.navigation.navigation_parameters import (
     NavigationParameters,
@@ -84,7 +84,7 @@ class NavigationSystem(LocalPlanner):
     def _Map(self, context: Context, make: MapFunction) -> Costmap:
         """Returns a map of the planner now, with read-only costs."""
         memory = self._Decided(context).memory
-        if not self._goal.HasValue(context) or not memory.goal:
+        if GoalOf(self._goal, context) is None or not memory.goal:
             return NO_MAP
         costmap = make(self._task, self._Look(context), memory)
         costmap.costs.setflags(write=False)

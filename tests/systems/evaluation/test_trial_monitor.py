@@ -49,6 +49,22 @@ def test_without_a_goal_the_trial_goes_on(dut):
     assert status_at(dut, context, 1) == TrialStatus.RUNNING
 
 
+def test_the_time_without_a_goal_or_at_it_does_not_count(dut):
+    context = dut.CreateDefaultContext()
+    simulator = Simulator(dut, context)
+    end = 0.0
+    for goal in ([math.nan] * 3, [1, 0, 0], [50, 0, 0]):
+        dut.get_goal_input_port().FixValue(context, goal)
+        status_at(dut, context, 1)
+        end += 1.9 if goal[0] == 50 else 3
+        simulator.AdvanceTo(end)
+        assert status_at(dut, context, 1) == (
+            TrialStatus.GOAL if goal[0] == 1 else TrialStatus.RUNNING
+        )
+    simulator.AdvanceTo(end + 0.2)
+    assert status_at(dut, context, 1) == TrialStatus.STUCK
+
+
 def test_a_robot_that_stays_is_stuck_and_one_that_moves_is_not(dut):
     context = dut.CreateDefaultContext()
     dut.get_goal_input_port().FixValue(context, [50, 0, 0])

@@ -80,9 +80,10 @@ def test_holds_zeros_until_the_first_command():
     assert dut.get_status_output_port().Eval(context) == PlannerStatus.DRIVING
 
 
-def test_rests_without_a_goal():
+@pytest.mark.parametrize("goal", [None, [np.nan] * 3, [np.inf, 0, 0]])
+def test_rests_without_a_goal(goal):
     dut = LocalPlanner(PursuitPlanner(), make_task(num_humans=1))
-    simulator = make_planner_simulator(dut, goal=None)
+    simulator = make_planner_simulator(dut, goal=goal)
     simulator.AdvanceTo(1.0)
     context = simulator.get_context()
     assert velocity_command(dut, context) == [0, 0]

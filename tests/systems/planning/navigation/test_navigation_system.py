@@ -54,8 +54,9 @@ def test_maps_of_scl_have_costs_around_people():
         assert plain.cost_at(1.0, 1.4) < social.cost_at(1.0, 1.4) < INSCRIBED
 
 
-def test_without_a_goal_maps_have_no_cells():
-    for costmap in advanced(DwbPlanner(), goal=None):
+@pytest.mark.parametrize("goal", [None, [np.nan] * 3])
+def test_without_a_goal_maps_have_no_cells(goal):
+    for costmap in advanced(DwbPlanner(), goal=goal):
         assert costmap.costs.size == 0
 
 
