@@ -6,6 +6,7 @@ import numbers
 from types import NoneType
 from typing import Any, NamedTuple, TypedDict, Unpack
 
+import numpy as np
 from pydrake.systems.framework import (
     Diagram,
     DiagramBuilder,
@@ -313,6 +314,12 @@ def _check_arguments(humans: Any, options: Mapping[str, Any]) -> None:
             )
         if name in kinds:
             check_kind(name, value, *kinds[name])
+        elif name in ("separate_trees", "may_leave") and not (
+            value is None or isinstance(value, bool | np.bool_)
+        ):
+            raise TypeError(f"{name} must be True or False, got {value!r:.80}")
+    for i, place in enumerate(options.get("places", ())):
+        check_kind(f"places[{i}]", place, Place, "a Place")
     check_kind("humans", humans, Sequence, "a sequence")
     for i, human in enumerate(humans):
         check_kind(f"humans[{i}]", human, HumanConfig, "a HumanConfig")

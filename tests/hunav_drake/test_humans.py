@@ -149,6 +149,9 @@ def test_a_world_will_do_for_obstacles():
         ({"obstacles": [[0, 0]]}, "must be Obstacles or a World, got list"),
         ({"humans": [{"pose": [0, 0, 0]}]}, r"humans\[0\] must be a HumanConf"),
         ({"humans": 3}, "humans must be a sequence, got int"),
+        ({"may_leave": "no"}, "may_leave must be True or False, got 'no'"),
+        ({"separate_trees": 1}, "separate_trees must be True or False, got 1"),
+        ({"places": ["till"]}, r"places\[0\] must be a Place, got str 'till'"),
     ],
 )
 def test_arguments_of_another_kind_are_told(kwargs, message):
