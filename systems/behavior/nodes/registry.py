@@ -20,6 +20,8 @@ from collections.abc import Callable, Iterable, Mapping
 import dataclasses
 import functools
 import inspect
+import math
+from numbers import Real
 import re
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
@@ -117,8 +119,8 @@ def register_condition(
 
     Raises:
         ValueError: If the name is that of another leaf, without `replace`, or
-            that of a node of the language; or if the name or a parameter is
-            invalid.
+            that of a node of the language; or if the name, a parameter or the
+            memory is invalid.
     """
     return _decorator(name, "Condition", memory, ignored, social, replace)
 
@@ -164,6 +166,14 @@ def _decorator(
         raise ValueError(
             f"{name}: ignored must be several names, got the text {ignored!r};"
             f" write [{ignored!r}]"
+        )
+    if not isinstance(memory or {}, Mapping) or not all(
+        isinstance(it, Real) and not math.isnan(it)
+        for it in (memory or {}).values()
+    ):
+        raise ValueError(
+            f"{name}: memory must be names with their initial numbers, as"
+            f" {{'seconds': 0.0}}, got {memory!r:.80}"
         )
 
     def register(function: F) -> F:

@@ -429,6 +429,14 @@ def test_port_that_no_attribute_could_set_is_refused(port):
         register_action("Leaf")(scope["leaf"])
 
 
+@pytest.mark.parametrize(
+    "memory", [["seconds"], {"seconds": "0"}, {"seconds": None}, {"n": np.nan}]
+)
+def test_memory_is_names_with_numbers(memory):
+    with pytest.raises(ValueError, match=r"Wait: memory must be names with t"):
+        register_action("Wait", memory=memory)
+
+
 def test_ignored_attributes_are_several_names_and_no_ports():
     with pytest.raises(ValueError, match=r"write \['agent_id'\]"):
         register_action("Leaf", ignored="agent_id")
