@@ -85,10 +85,10 @@ def HumanCrowd_(T: Any) -> type:
 
         Port ``robot_states`` takes m rows (x, y, yaw, vx, vy, omega, radius) of
         the robots, and ``human_states`` gives n such rows of the people, in W,
-        in SI units: see `common.layout`. Without robots there is
-        no port ``robot_states``. Port ``commands`` takes n rows, the command
-        of each person, laid out as `layout.Command`; where they come from
-        several systems, a Multiplexer joins them.
+        in SI units: see `common.layout`. NaN for a robot is an error. Without
+        robots there is no port ``robot_states``. Port ``commands`` takes n
+        rows, the command of each person, laid out as `layout.Command`; where
+        they come from several systems, a Multiplexer joins them.
         Port ``forces`` gives n rows of 8 vectors (x, y), in m/s^2: see
         `layout.FORCES`. Port ``overlaps`` gives for each person the present
         depth of other bodies and robots in its body, in meters: 0 unless
@@ -339,9 +339,20 @@ def HumanCrowd_(T: Any) -> type:
             if self._robot_states is None:
                 return self._no_robots.reshape(0, STATE_SIZE)
             robots: NDArray[Any] = self._robot_states.Eval(context)
+            if T is float:
+                self._CheckRobots(context, robots)
             robots = robots.reshape(-1, STATE_SIZE)
             robots.setflags(write=False)
             return robots
+
+        def _CheckRobots(self, context: Context, robots: Array) -> None:
+            """Raises a RuntimeError if a number of the robots is NaN."""
+            if np.isnan(robots).any():
+                raise RuntimeError(
+                    f"{self.GetSystemPathname()}, t = {context.get_time():.3f}"
+                    f" s: robot_states must be numbers, got {robots.tolist()}."
+                    " Look at the system that gives them."
+                )
 
         def _Present(
             self, context: Context
@@ -396,13 +407,14 @@ def HumanCrowd_(T: Any) -> type:
 
         def _Vectors(self, context: Context) -> tuple[Array, ...]:
             """Returns the arguments of `take_compiled`, views."""
-            robots = self._robot_states
+            robots = self._no_robots
+            if self._robot_states is not None:
+                robots = self._robot_states.EvalBasicVector(context).value()
+                self._CheckRobots(context, robots)
             return (
                 context.get_discrete_state(self._state).value(),
                 self._commands.EvalBasicVector(context).value(),
-                self._no_robots
-                if robots is None
-                else robots.EvalBasicVector(context).value(),
+                robots,
                 context.get_numeric_parameter(self._weights).value(),
                 context.get_discrete_state(self._stances).value(),
             )

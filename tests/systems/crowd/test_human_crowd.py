@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 import pytest
 
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command, RobotRole
-from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd, OpenCrowd
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.systems.crowd.crowds import FREE, human_states
@@ -195,6 +195,14 @@ def test_a_wall_pushes_from_its_nearest_point_only_within_range():
         np.testing.assert_allclose(
             forces.reshape(8, 2)[1], [0, expected], atol=1e-15
         )
+
+
+@pytest.mark.parametrize("make", [HumanCrowd, OpenCrowd])
+def test_a_robot_at_nan_is_an_error_and_not_ignored(make):
+    dut = make([HumanConfig(pose=[0, 0, 0])])
+    robot = [math.nan, 0, 0, 0, 0, 0, 0.3]
+    with pytest.raises(RuntimeError, match=r"t = 0.000 s: robot_states must"):
+        run_crowd(dut, [walk_to([3, 0])], robot=robot)
 
 
 def test_forces_add_up():
