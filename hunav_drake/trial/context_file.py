@@ -41,10 +41,12 @@ def SaveContext(
 
     The file (.npz) holds the time, the state and the numeric parameters of all
     systems, including the recording of an Evaluator, and the fixed values of
-    input ports. It does not hold the diagram: keep the scenario, or the code,
-    with it. It does not hold abstract parameters, such as the geometry of a
-    scene, or the outputs of a discrete MultibodyPlant on its last step, such
-    as contacts, which are available again after the next step.
+    input ports that are not connected (Drake does not tell values that are
+    fixed in place of a connection, so they are lost). It does not hold the
+    diagram: keep the scenario, or the code, with it. It does not hold abstract
+    parameters, such as the geometry of a scene, or the outputs of a discrete
+    MultibodyPlant on its last step, such as contacts, which are available again
+    after the next step.
 
     Args:
         diagram: The root diagram.

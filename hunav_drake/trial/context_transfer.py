@@ -31,10 +31,10 @@ def TransferContext(
 
     So a trial continues with another planner, other walls or another motion
     model, to answer "what if". People, robot, recording, goal and fixed values
-    of input ports keep their state, bit for bit. Planner, perception and
-    sensors keep theirs if kind and parameters are the same, and a localization
-    its error, if both diagrams have one. Otherwise they start anew, a planner
-    with the last command to the robot.
+    of input ports that are not connected keep their state, bit for bit.
+    Planner, perception and sensors keep theirs if kind and parameters are the
+    same, and a localization its error, if both diagrams have one. Otherwise
+    they start anew, a planner with the last command to the robot.
 
     Args:
         diagram: The diagram of the trial, from `MakeTrialDiagram`.
