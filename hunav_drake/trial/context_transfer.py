@@ -18,7 +18,7 @@ from hunav_drake.trial.context_layout import (
     memory,
     vectors,
 )
-from hunav_drake.trial.seeds import GetTrialSeed, SeededSystems
+from hunav_drake.trial.seeds import CheckIsTrial, GetTrialSeed, SeededSystems
 
 # What a system may become in a diagram whose people may leave.
 _OPENED = {"HumanCrowd": "OpenCrowd", "BehaviorTree": "OpenBehaviorTree"}
@@ -54,6 +54,8 @@ def TransferContext(
             an input port with a fixed value does; or if `context` does not
             belong to `diagram`.
     """
+    CheckIsTrial(diagram)
+    CheckIsTrial(other)
     diagram.ValidateContext(context)
     difference = _first_difference(_given(diagram), _given(other), "")
     if difference:

@@ -109,8 +109,9 @@ class HumanOptions(TypedDict, total=False):
     # the world brings: see `with_furniture`.
     places: Sequence[Place]
 
-    # Whether people can leave without sinks, as by `LeaveOut`; false by
-    # default. While all are here, results are the same.
+    # Whether people can leave without sinks, by `TakeOut` of the crowd, or in
+    # a trial by `LeaveOut`; false by default. While all are here, results are
+    # the same.
     may_leave: bool
 
     # The people who arrive at sources and depart at sinks; by default, none.

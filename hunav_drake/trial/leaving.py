@@ -9,6 +9,7 @@ from hunav_drake.systems.common.layout import OUTSIDE
 from hunav_drake.systems.common.suggest import did_you_mean, shown
 from hunav_drake.systems.crowd.open_crowd import OpenCrowd
 from hunav_drake.systems.people.names import people_names
+from hunav_drake.trial.seeds import CheckIsTrial
 
 # The name by which the only robot of a trial may be called, too.
 ONLY_ROBOT = "robot"
@@ -59,6 +60,7 @@ def LeaveOut(diagram: Diagram, context: Context, *names: str) -> None:
         ValueError: If there is no such person, if it follows a recording, if a
             robot is physical, or if people of this diagram may not leave.
     """
+    CheckIsTrial(diagram)
     if not names:
         return
     known = people_names(diagram.humans)
@@ -134,6 +136,7 @@ def _Move(
     diagram: Diagram, context: Context, robot: str, how: str, to: ArrayLike
 ) -> None:
     """Calls a method of a robot's system."""
+    CheckIsTrial(diagram)
     _, part = robot_part(diagram.scenario, robot)
     system = diagram.GetSubsystemByName(f"{part.prefix}robot")
     if not hasattr(system, how):
@@ -169,6 +172,7 @@ def SetRobotCommand(
         ValueError: If there is no such robot, its planner takes no command, or
             the command is not two finite numbers.
     """
+    CheckIsTrial(diagram)
     _, part = robot_part(diagram.scenario, robot)
     planner: System = diagram.GetSubsystemByName(f"{part.prefix}planner")
     if not hasattr(planner, "SetCommand"):

@@ -15,13 +15,29 @@ def DrawSeed(generator: RandomGenerator) -> int:
     return int(generator()) << 31 | int(generator()) >> 1
 
 
+def CheckIsTrial(diagram: Diagram) -> None:
+    """Checks that a diagram is that of a trial.
+
+    Raises:
+        TypeError: If `MakeTrialDiagram` has not made it.
+    """
+    if not hasattr(diagram, "scenario"):
+        raise TypeError(
+            f"the diagram must be from MakeTrialDiagram, got {diagram!r:.80};"
+            " for people of AddHumans in your own diagram, see SetHumansSeed,"
+            " SaveContext and the methods of HumanPorts.crowd"
+        )
+
+
 def CheckPeopleSeed(diagram: Diagram, seed: int) -> None:
     """Checks that the people of a trial's diagram are those of a seed.
 
     Raises:
+        TypeError: If it is not the diagram of a trial.
         ValueError: If the seed of the trial draws the people, and the diagram
             was made for another seed.
     """
+    CheckIsTrial(diagram)
     own = people_seed(diagram.scenario)
     if own not in (None, seed):
         raise ValueError(
@@ -152,10 +168,17 @@ def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
         seed: In [0, 2^63).
 
     Raises:
-        ValueError: If the seed is not such a number.
+        ValueError: If the seed is not such a number, or the diagram is not one
+            of people.
         RuntimeError: If the Context belongs to another system.
     """
     check_seed(seed)
+    if not humans.HasSubsystemNamed("crowd"):
+        raise ValueError(
+            f"{humans.GetSystemPathname()} is not a diagram of people; take the"
+            " one that AddHumans has added, as by"
+            ' diagram.GetSubsystemByName("humans"), and its own Context'
+        )
     humans.ValidateContext(context)
     humans.SetDefaultContext(context)
     for system in SeededSystems(humans):

@@ -43,7 +43,12 @@ from hunav_drake.trial.result import (
     with_encounters,
     with_situations,
 )
-from hunav_drake.trial.seeds import DrawSeed, GetTrialSeed, SetTrialSeed
+from hunav_drake.trial.seeds import (
+    CheckIsTrial,
+    DrawSeed,
+    GetTrialSeed,
+    SetTrialSeed,
+)
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -70,6 +75,7 @@ def MakeTrialSimulator(
         ends: Whether the trial ends; otherwise it goes on after the end, for
             the sake of people who are still on their way.
     """
+    CheckIsTrial(diagram)
     if context is None:
         simulator = Simulator(diagram)
     elif _skip_done_updates(diagram, context):

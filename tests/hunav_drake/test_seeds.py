@@ -13,6 +13,7 @@ from hunav_drake import (
     AddHumans,
     GetTrialResult,
     GetTrialSeed,
+    LeaveOut,
     LoadContext,
     LoadScenario,
     MakeHumans,
@@ -21,7 +22,10 @@ from hunav_drake import (
     RunTrial,
     SaveContext,
     SetHumansSeed,
+    SetRobotCommand,
     SetTrialSeed,
+    TakeRobotAway,
+    TransferContext,
 )
 from tests.walkers import make_walkers
 
@@ -278,3 +282,29 @@ def test_people_alone_are_a_diagram_too():
     np.testing.assert_array_equal(drawn[0], drawn[2])
     with pytest.raises(ValueError, match="seed must be a whole number in"):
         SetHumansSeed(diagram, context, 2**63)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda own, context: SetTrialSeed(own, context, 1),
+        lambda own, context: LeaveOut(own, context, "ana"),
+        lambda own, context: SetRobotCommand(own, context, [0.5, 0]),
+        lambda own, context: TakeRobotAway(own, context),
+        lambda own, context: TransferContext(own, context, own),
+        lambda own, context: MakeTrialSimulator(own, context),
+        lambda own, _: RunTrial(make_scenario(), diagram=own),
+    ],
+)
+def test_what_is_for_trials_tells_so_of_a_diagram_of_ones_own(call):
+    own = MakeHumans(make_walkers(1), may_leave=True)
+    with pytest.raises(TypeError, match=r"must be from MakeTrialDiagram, got"):
+        call(own, own.CreateDefaultContext())
+
+
+def test_only_people_are_reset_with_their_seed():
+    builder = DiagramBuilder()
+    AddHumans(builder, make_walkers(1), num_robots=0)
+    diagram = builder.Build()
+    with pytest.raises(ValueError, match="is not a diagram of people; take"):
+        SetHumansSeed(diagram, diagram.CreateDefaultContext(), 1)
