@@ -1,6 +1,7 @@
 """A HumanCrowd whose people come and go."""
 
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -240,8 +241,23 @@ class OpenCrowd(HumanCrowd):
         Args:
             context: Of this system, changed.
             rows: The rows of the people in ``human_states``.
+
+        Raises:
+            ValueError: If there is no such row, or its person follows a
+                recording, which would bring it back.
         """
         self.ValidateContext(context)
+        n = len(self._humans)
+        for row in rows:
+            if not isinstance(row, Integral) or not 0 <= row < n:
+                raise ValueError(
+                    f"rows must be whole numbers in [0, {n}), got {row!r:.80}"
+                )
+            if self._tracks is not None and self._humans[row].track is not None:
+                raise ValueError(
+                    f"humans[{row}] follows a recording, and cannot be taken"
+                    " out; leave it out of the people"
+                )
         states = self._GetState(context).copy()
         states[rows] = 0.0
         states[rows, : Y + 1] = OUTSIDE

@@ -24,6 +24,7 @@ from hunav_drake.systems.crowd.doors import (
     Doors,
     Passage,
 )
+from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.area import Area
 from hunav_drake.systems.people.population import draw_with_traffic
 from hunav_drake.systems.people.population_config import (
@@ -425,3 +426,10 @@ def test_traffic_is_of_all_people(parts):
         OpenCrowd([people[0], *people], traffic=traffic)
     dut, context = make([people[0], *people], traffic.after(1))
     assert is_outside(rows(dut, context)).tolist() == [False] + 8 * [True]
+
+
+@pytest.mark.parametrize("row", [-1, 1, 0.0, "ana"])
+def test_only_people_who_are_there_are_taken_out(row):
+    dut = OpenCrowd([HumanConfig(pose=[0, 0, 0])])
+    with pytest.raises(ValueError, match=r"rows must be whole numbers in \[0,"):
+        dut.TakeOut(dut.CreateDefaultContext(), [row])

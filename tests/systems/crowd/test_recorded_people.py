@@ -316,3 +316,9 @@ def test_nobody_is_handed_over_at_the_end_of_a_recording():
         dut.GetInputPort("commands").FixValue(context, np.zeros(COMMAND_SIZE))
         mask, x, *_ = dut.GetOutputPort("tracks").Eval(context)
         assert (mask, x) == (1.0, OUTSIDE)
+
+
+def test_who_would_come_back_by_a_recording_is_not_taken_out():
+    crowd = make([CURVE]).GetSubsystemByName("crowd")
+    with pytest.raises(ValueError, match=r"humans\[0\] follows a recording"):
+        crowd.TakeOut(crowd.CreateDefaultContext(), [0])
