@@ -134,7 +134,16 @@ def layout(diagram: Diagram, context: Context) -> list[dict[str, Any]]:
     """Returns the type and the layout of state of each leaf system.
 
     The first part is the diagram itself, for the memory that it describes.
+
+    Raises:
+        TypeError: If it is no Diagram.
     """
+    if not isinstance(diagram, Diagram):
+        raise TypeError(
+            "the Context must be of a Diagram, got a"
+            f" {type(diagram).__name__}; put the system into a Diagram by a"
+            " DiagramBuilder"
+        )
     parts: list[dict[str, Any]] = []
     for key, system in [("", diagram), *leaves(diagram)]:
         is_leaf = system is not diagram

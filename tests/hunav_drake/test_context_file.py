@@ -28,7 +28,7 @@ from hunav_drake import (
     RunTrial,
     SaveContext,
 )
-from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.planning import (
     PLANNERS,
     Plan,
@@ -405,3 +405,10 @@ def test_a_system_without_a_name_is_known_in_another_process():
     diagram = builder.Build()
     told = layout(diagram, diagram.CreateDefaultContext())
     assert [it["path"] for it in told] == ["::_", "::_::", "::_::named"]
+
+
+def test_the_context_of_a_system_that_is_no_diagram_is_refused(tmp_path):
+    crowd = HumanCrowd([HumanConfig(pose=[0, 0, 0])], num_robots=0)
+    context = crowd.CreateDefaultContext()
+    with pytest.raises(TypeError, match="of a Diagram, got a HumanCrowd; put"):
+        SaveContext(crowd, context, tmp_path / "context.npz")
