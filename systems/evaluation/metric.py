@@ -229,7 +229,8 @@ def register_metric[F: Callable[[Recording], Any]](
 
     Raises:
         ValueError: If the name or an alias is taken or not valid as a table
-            column, if a text is missing, or if the direction is unknown.
+            column, if a text is missing, if the direction is unknown, or if
+            `reduce` is no function.
     """
     aliases = (aliases,) if isinstance(aliases, str) else tuple(aliases)
 
@@ -242,6 +243,11 @@ def register_metric[F: Callable[[Recording], Any]](
             )
         check_takes(function, f"metric {own!r}", "recording")
         _check_facts(own, unit, family, source, direction)
+        if reduce is not None and not callable(reduce):
+            raise ValueError(
+                f"metric {own!r}: reduce must be a function of a series, as"
+                f" np.nanmean, got {reduce!r:.80}"
+            )
         for candidate in (own, *aliases):
             _check_name(own, candidate, function)
         text = inspect.cleandoc(definition or function.__doc__ or "")

@@ -275,6 +275,7 @@ def register(**kwargs):
         ({"family": "new"}, "family must not be the name of something"),
         ({"family": "path_length"}, "family must not be the name"),
         ({"family": "all"}, "family must not be the name"),
+        ({"reduce": "mean"}, "reduce must be a function.*got 'mean'"),
     ],
 )
 def test_what_cannot_be_registered_is_told(kwargs, message):
