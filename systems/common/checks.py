@@ -135,18 +135,20 @@ def nearest_multiples(period: float, time_step: float) -> str:
     return " or ".join(dict.fromkeys((f"{below:.9g}", f"{above:.9g}")))
 
 
-def count_steps(period: float, time_step: float) -> int:
+def count_steps(period: float, time_step: float, name: str = "period") -> int:
     """Returns the number of steps of a period, both in seconds.
+
+    `name` is that of the period in messages.
 
     Raises:
         ValueError: If one is not positive, or the period not a multiple of
             the step.
     """
     check_time_step(time_step)
-    check_number("period", period, "s", low_open=True)
+    check_number(name, period, "s", low_open=True)
     if not is_multiple(period, time_step):
         raise ValueError(
-            f"period must be a multiple of time_step ({time_step} s), got"
+            f"{name} must be a multiple of time_step ({time_step} s), got"
             f" {period} s; nearest: {nearest_multiples(period, time_step)}"
         )
     return round(period / time_step)

@@ -54,7 +54,10 @@ class Sampling:
         The system has a port `self._samples` with the calculation
         `_CalcSample`.
         """
-        self._steps_per_sample = count_steps(period, time_step)
+        # (A diagram has several periods.)
+        self._steps_per_sample = count_steps(
+            period, time_step, f"{type(self).__name__}: period"
+        )
         self._time_step = time_step
         self._number = check_count("number", number)
         self._held = self.DeclareDiscreteState([*before, -1.0])

@@ -385,3 +385,8 @@ simulation: {duration: 30.0}
     assert near[1].sum() > 50
     seats = [end[flag][20:40] for end, flag in zip(ends, near, strict=True)]
     np.testing.assert_allclose(seats[0], seats[1], atol=0.02)
+
+
+def test_a_period_that_is_no_multiple_names_its_system():
+    with pytest.raises(ValueError, match="HumanDecisions: period must"):
+        HumanDecisions([], DecisionsConfig(period=0.25), time_step=0.1)
