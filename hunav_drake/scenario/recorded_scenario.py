@@ -100,7 +100,7 @@ def _free_place(
     It is in the box from `low` to `high`; without such a place, the middle.
     """
     step = _APART / 4
-    most = math.ceil(np.linalg.norm(high - low) / step)
+    most = math.ceil(math.dist(low, high) / step)
     for k in sorted(range(-most, most + 1), key=abs):
         place: Array = middle + k * step * aside
         is_in = k == 0 or ((low <= place) & (place <= high)).all()

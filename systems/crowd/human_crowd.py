@@ -407,14 +407,14 @@ def HumanCrowd_(T: Any) -> type:
 
         def _Vectors(self, context: Context) -> tuple[Array, ...]:
             """Returns the arguments of `take_compiled`, views."""
+            state = context.get_discrete_state(self._state).value()
+            commands = self._commands.EvalBasicVector(context).value()
             robots = self._no_robots
             if self._robot_states is not None:
                 robots = self._robot_states.EvalBasicVector(context).value()
                 self._CheckRobots(context, robots)
             return (
-                context.get_discrete_state(self._state).value(),
-                self._commands.EvalBasicVector(context).value(),
-                robots,
+                *(state, commands, robots),
                 context.get_numeric_parameter(self._weights).value(),
                 context.get_discrete_state(self._stances).value(),
             )
