@@ -64,14 +64,40 @@ def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
     goes, ex, ey, ahead, distance = way_ahead(x, y, command)
     if not goes:
         return
+    fits, radius, factor = _eased(
+        *(x, y, ex, ey, ahead, distance),
+        *(own, command, k, margin, narrowest, felt),
+    )
+    if fits < 1 and distance < ahead:
+        # What is too narrow is perhaps beyond the waypoint, where people turn.
+        _, nearer, weaker = _eased(
+            *(x, y, ex, ey, distance, distance),
+            *(own, command, k, margin, narrowest, felt),
+        )
+        radius += (1 - fits) * min(nearer - radius, 0.0)
+        factor += (1 - fits) * min(weaker - factor, 0.0)
+    result[0] = radius
+    result[1] = factor
+
+
+@jit
+def _eased(
+    x, y, ex, ey, ahead, distance, own, command, k, margin, narrowest, felt
+):
+    """Returns whether a way fits, 0 to 1, and the radius and factor on it.
+
+    The way in the direction (ex, ey) is as long as `ahead`; `distance` is that
+    of the waypoint. The others are those of `_ease_one`.
+    """
+    radius, factor = own
     walls = felt[0]
     px, py = places_ahead(x, y, ex, ey, ahead)
     beside = walls_beside(x, y, ex, ey, ahead, walls)
     width = passage_width(px, py, ex, ey, beside, walls)
-    weight = _rise(width, _NONE * narrowest, _WHOLE * narrowest)
-    weight *= 1 - _rise(width, _WIDE * WIDEST, WIDEST)
+    fits = _rise(width, _NONE * narrowest, _WHOLE * narrowest)
+    weight = fits * (1 - _rise(width, _WIDE * WIDEST, WIDEST))
     if weight == 0:
-        return
+        return fits, radius, factor
     found = offsets_of_shapes(px, py, beside, walls)
     clear = math.inf
     for step in range(STEPS):
@@ -79,16 +105,14 @@ def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
             clear = min(clear, math.sqrt(found[2, :, step].min()))
     weight *= _rise(clear, _SCRAPE / 2, _SCRAPE)
     if weight == 0:
-        return
-    radius, factor = own
+        return fits, radius, factor
     thin = max(_FILLED * width / 2 - margin, _THINNEST)
     radius += weight * min(thin - radius, 0.0)
     pull = _SHARE * k[K_GOAL] * command[Command.DESIRED_SPEED] / k[TAU]
     back = push_back(*(px, py, ex, ey, (radius, factor), k, pull, felt, found))
     if back > pull:
         factor *= 1 - weight * (1 - pull / back)
-    result[0] = radius
-    result[1] = factor
+    return fits, radius, factor
 
 
 @late_as(

@@ -100,6 +100,15 @@ def test_people_of_any_speed_pass_a_door(speed, thickness):
     assert arrive(human, world=world, time=12 / speed + 5)
 
 
+@pytest.mark.parametrize("model", ["social_force", "headed_social_force"])
+def test_people_pass_a_door_into_a_narrow_corridor(model):
+    """Straight behind the door is a wall; the waypoint is before it."""
+    world = room_with_a_door(0.8)
+    world.walls.append(Box(center=[1.75, 0], size=[0.1, 8]))
+    human = HumanConfig(pose=[5, 0.5, 3], goals=[[2.3, -3]], desired_speed=0.6)
+    assert arrive(human, world=world, model=model)
+
+
 def test_people_take_the_wide_gap_where_the_door_is_none():
     """0.5 m straight ahead are no way; 1.5 m, 3 m aside, are one."""
 
