@@ -380,7 +380,10 @@ def test_a_mistake_in_agents_yaml(hunav, tmp_path, old, new, words):
 def _forget_the_robot():
     builder = DiagramBuilder()
     AddHumans(builder, [HumanConfig(pose=(0, 0, 0), goals=[(5, 0)])])
-    Simulator(builder.Build()).AdvanceTo(0.2)
+    # (Without a name, it would be gone before the exception: then pydrake may
+    # end the process.)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.2)
 
 
 def _unreachable():
