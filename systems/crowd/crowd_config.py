@@ -97,6 +97,11 @@ class CrowdConfig:
     they walk straight to their goals, and the forces let no person of 0.35 m
     radius through a door of 0.85 m."""
 
+    walls_behind_doors: StrictBool = True
+    """Whether people who plan routes also pass a narrow door close behind which
+    a wall makes them turn; else that wall counts as one that leaves no way, as
+    in version 0.1, and slow people may stop before it."""
+
     separate_trees: StrictBool | None = None
     """Whether each person's behavior tree is a system of its own in the
     diagram; else one system ticks all, faster for many, with the same results.

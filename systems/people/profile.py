@@ -58,6 +58,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
                     "passing_speed": 0.02,
                 },
                 "robots_behind": False,
+                "walls_behind_doors": False,
             },
             human={"cyclic": False, "forces": SocialForceParameters()},
         ),

@@ -64,6 +64,7 @@ class _Rules(NamedTuple):
         narrowest: In meters.
         reach: In meters.
         most: A number of walls.
+        turning: Whether only the way up to the waypoint counts: 1 or 0.
     """
 
     planned: float
@@ -75,6 +76,7 @@ class _Rules(NamedTuple):
     narrowest: float
     reach: float
     most: float
+    turning: float
 
 
 _rules_in = reads(_Rules)
@@ -123,6 +125,7 @@ class Adaptation:
             narrowest=2 * routes.sight,
             reach=config.obstacle_range,
             most=config.max_obstacles,
+            turning=config.walls_behind_doors,
         )
         self._rules = np.array(rules, dtype=float)
         self._planned = planned
@@ -225,7 +228,7 @@ def _adapted(
     if p.planned != 0:
         felt = ease(
             *(states, wanted, felt, parameters, p.margin, p.narrowest),
-            *(table, p.reach, int(p.most)),
+            *(table, p.reach, int(p.most), p.turning != 0),
         )
     if p.turns != 0:
         wanted, felt = take_turns(

@@ -8,7 +8,7 @@ shoulders, and walls push them less.
 
 import math
 
-from numba import float64
+from numba import boolean, float64
 
 from hunav_drake.systems.common.kernels import INTEGER, MATRIX, REAL, WALLS, jit
 from hunav_drake.systems.common.late import late_as
@@ -55,7 +55,7 @@ def _rise(value, low, high):
 
 
 @jit
-def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
+def _ease_one(x, y, own, command, k, margin, narrowest, felt, turning, result):
     """Changes the radius and the obstacle factor of one person at walls.
 
     `own` and `result` are these two; `felt` is the walls, their range, and
@@ -68,7 +68,7 @@ def _ease_one(x, y, own, command, k, margin, narrowest, felt, result):
         *(x, y, ex, ey, ahead, distance),
         *(own, command, k, margin, narrowest, felt),
     )
-    if fits < 1 and distance < ahead:
+    if turning and fits < 1 and distance < ahead:
         # What is too narrow is perhaps beyond the waypoint, where people turn.
         _, nearer, weaker = _eased(
             *(x, y, ex, ey, distance, distance),
@@ -118,7 +118,7 @@ def _eased(
 @late_as(
     float64[:, ::1],
     *(MATRIX, MATRIX, MATRIX, MATRIX, REAL, REAL),
-    *(WALLS, REAL, INTEGER),
+    *(WALLS, REAL, INTEGER, boolean),
 )
 def ease(
     positions,
@@ -130,6 +130,7 @@ def ease(
     table,
     reach,
     most,
+    turning,
 ):
     """Returns the radii and the obstacle factors of people at walls.
 
@@ -142,7 +143,8 @@ def ease(
     Rows of positions are x, y, ..., commands have waypoints for goals, and
     `at_walls` are the own radii and factors. `margin` is the clearance of a
     model between bodies and walls; passages much narrower than `narrowest` do
-    not count, both in meters.
+    not count, both in meters, unless `turning` tells that they are too narrow
+    only beyond the waypoint, where people turn.
     """
     walls = opened(table)
     eased = at_walls.copy()
@@ -151,7 +153,6 @@ def ease(
             *(positions[i, X], positions[i, Y]),
             (at_walls[i, 0], at_walls[i, 1]),
             *(command[i], parameters[i], margin, narrowest),
-            (walls, reach, most),
-            eased[i],
+            *((walls, reach, most), turning, eased[i]),
         )
     return eased

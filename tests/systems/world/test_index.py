@@ -94,7 +94,7 @@ class CrowdAtWalls:
         yield keep_out_of_walls(self.states, self.after, margins, table)
         yield ease(
             *(self.states, self.command, self.at_walls, self.parameters),
-            *(0.0, 0.57, table, *felt),
+            *(0.0, 0.57, table, *felt, True),
         )
         places = np.ascontiguousarray(self.states[:, :2])
         yield visibility_graph.blocked(places, self.goals, 0.285, table)

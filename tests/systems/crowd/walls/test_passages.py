@@ -107,6 +107,9 @@ def test_people_pass_a_door_into_a_narrow_corridor(model):
     world.walls.append(Box(center=[1.75, 0], size=[0.1, 8]))
     human = HumanConfig(pose=[5, 0.5, 3], goals=[[2.3, -3]], desired_speed=0.6)
     assert arrive(human, world=world, model=model)
+    # As in version 0.1.
+    old = {"model": model, "walls_behind_doors": False}
+    assert not arrive(human, world=world, **old)
 
 
 def test_people_take_the_wide_gap_where_the_door_is_none():
