@@ -79,6 +79,7 @@ PROFILES: Mapping[str, Profile] = MappingProxyType(
                 "groups_part": False,
                 "robot_gap": 0.0,
                 "robots_behind": False,
+                "walls_behind_doors": False,
                 "standing": False,
                 "max_acceleration": None,
                 "max_turn_rate": None,
