@@ -160,13 +160,13 @@ def _tracks(options: argparse.Namespace) -> int:
         # (A csv has times: then the rate is that of the file to write.)
         fps = None if written != "csv" and read == "csv" else options.fps
         # (Only one of the two files need have pixels.)
-        pixels = [it == "ucy_vsp" for it in (read, written)]
+        to_pixels = written == "ucy_vsp"
         tracks = ReadTracks(
             options.file,
             options.format,
             fps=fps,
             unit=options.unit,
-            homography=homography if pixels[0] or not pixels[1] else None,
+            homography=None if to_pixels and read != "ucy_vsp" else homography,
         ).moved(
             rotate=math.radians(options.rotate),
             shift=tuple(options.shift),
@@ -199,7 +199,7 @@ def _tracks(options: argparse.Namespace) -> int:
                 options.output,
                 options.written,
                 fps=options.fps,
-                homography=homography if pixels[1] else None,
+                homography=homography if to_pixels else None,
             )
     print(tracks_text(describe_tracks(tracks)))
     if options.plot is not None:

@@ -8,7 +8,12 @@ from numpy.typing import ArrayLike
 from hunav_drake.systems.common.checks import check_choice
 from hunav_drake.systems.common.files import atomic_write
 from hunav_drake.systems.people.tracks import Tracks
-from hunav_drake.tracks.formats import FORMATS, Options, read_tracks
+from hunav_drake.tracks.formats import (
+    FORMATS,
+    Options,
+    check_homography,
+    read_tracks,
+)
 
 
 def ReadTracks(
@@ -78,11 +83,7 @@ def WriteTracks(
     """
     H = None if homography is None else np.asarray(homography, dtype=float)
     check_choice("format", format, FORMATS)
-    if format != "ucy_vsp" and H is not None:
-        raise ValueError(
-            f"homography is for pixels, as of ucy_vsp; {format} has meters;"
-            " leave it out"
-        )
+    check_homography(format, H)
     if not tracks.people:
         raise ValueError(f"{filename}: there are no tracks to write")
     content = FORMATS[format].write(tracks, Options(fps, None, H))

@@ -107,11 +107,7 @@ def read_tracks(path: Path, name: str, options: Options) -> Tracks:
         raise ValueError(
             "fps has no part in csv, whose rows have times; leave it out"
         )
-    if name != "ucy_vsp" and options.homography is not None:
-        raise ValueError(
-            f"homography is for pixels, as of ucy_vsp; {name} has meters; leave"
-            " it out"
-        )
+    check_homography(name, options.homography)
     rows = FORMATS[name].read(path, options)
     if not len(rows.ids):
         raise ValueError("has no rows")
@@ -380,6 +376,15 @@ def _write_ucy(tracks: Tracks, options: Options) -> bytes:
     rows = sorted(_frames(tracks, _PERIOD), key=lambda row: (row[1], row[0]))
     lines = [f"{10 * f}\t{id}\t{x!r}\t{y!r}\n" for id, f, x, y in rows]
     return "".join(lines).encode()
+
+
+def check_homography(name: str, homography: Array | None) -> None:
+    """Raises ValueError if a format with meters is given a homography."""
+    if name != "ucy_vsp" and homography is not None:
+        raise ValueError(
+            f"homography is for pixels, as of ucy_vsp; {name} has meters; leave"
+            " it out"
+        )
 
 
 def _homography(options: Options) -> Array:

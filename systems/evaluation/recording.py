@@ -188,13 +188,13 @@ class Recording(RecordedArrays):
         Raises:
             ValueError: If the reference has other robots.
         """
-        given, names = (
-            {it.robot_name or "robot": it.until_end() for it in one.robots}
-            for one in (reference, self)
-        )
+        names = [it.robot_name or "robot" for it in self.robots]
+        given = {
+            it.robot_name or "robot": it.until_end() for it in reference.robots
+        }
         if not (self.others or reference.others):
             given = dict.fromkeys(names, reference)
-        if not names.keys() <= given.keys():
+        if not given.keys() >= {*names}:
             raise ValueError(
                 "the reference must have the robots of the recording,"
                 f" {', '.join(map(repr, names))}; it has"

@@ -185,7 +185,8 @@ def _AddPrisms(
     plant: MultibodyPlant, name: str, prisms: Sequence[Prism], color: Rgba
 ) -> None:
     """Adds prisms as one geometry."""
-    AddVisual(plant, plant.world_body(), name, _shapes(prisms).whole, color)
+    shape = _shapes(prisms, is_cut=False).whole
+    AddVisual(plant, plant.world_body(), name, shape, color)
 
 
 def _AddCutPrisms(
@@ -197,7 +198,7 @@ def _AddCutPrisms(
 ) -> None:
     """Adds prisms as one geometry for cameras, and cut for viewers."""
     add = partial(AddVisual, plant, plant.world_body())
-    shapes = _shapes(prisms)
+    shapes = _shapes(prisms, is_cut=True)
     if shapes.cut:
         add(name, shapes.cut, color, perceived=False)
     if shapes.lid:
@@ -213,22 +214,27 @@ class _Shapes(NamedTuple):
     lid: Mesh | None
 
 
-def _shapes(prisms: Iterable[Prism]) -> _Shapes:
+def _shapes(prisms: Iterable[Prism], *, is_cut: bool) -> _Shapes:
     def row(it: Prism) -> tuple[bytes, float, float, str, bool]:
         outline = np.asarray(it.outline, dtype=float).tobytes()
         return outline, it.low, it.high, it.material, it.closed
 
-    return _shapes_of(*map(row, prisms))
+    return _shapes_of(tuple(map(row, prisms)), is_cut)
 
 
 # (Many diagrams have the same world, as those of the seeds of a suite.)
 @lru_cache(maxsize=4096)
-def _shapes_of(*rows: tuple[bytes, float, float, str, bool]) -> _Shapes:
+def _shapes_of(
+    rows: tuple[tuple[bytes, float, float, str, bool], ...], is_cut: bool
+) -> _Shapes:
     prisms = [
         Prism(np.frombuffer(row[0]).reshape(-1, 2), *row[1:]) for row in rows
     ]
-    low = [p for p in prisms if p.low < CUT_HEIGHT]
     full = {p: _mesh(p, p.low, p.high) for p in prisms}
+    whole = as_shape(join([*full.values()]))
+    if not is_cut:
+        return _Shapes(whole, None, None)
+    low = [p for p in prisms if p.low < CUT_HEIGHT]
     cut = [_part(p, full[p], p.low, min(p.high, CUT_HEIGHT)) for p in low]
     lid = [
         _part(p, full[p], CUT_HEIGHT, CUT_HEIGHT + _LID)
@@ -236,7 +242,7 @@ def _shapes_of(*rows: tuple[bytes, float, float, str, bool]) -> _Shapes:
         if p.high > CUT_HEIGHT
     ]
     return _Shapes(
-        as_shape(join([*full.values()])),
+        whole,
         as_shape(join(cut)) if cut else None,
         as_shape(join(lid)) if lid else None,
     )
