@@ -248,8 +248,11 @@ class OpenCrowd(HumanCrowd):
         """
         self.ValidateContext(context)
         n = len(self._humans)
+        rows = [*rows]  # (To NumPy, a tuple is one index.)
         for row in rows:
-            if not isinstance(row, Integral) or not 0 <= row < n:
+            # (To NumPy, booleans are no rows but a mask.)
+            is_row = isinstance(row, Integral) and not isinstance(row, bool)
+            if not is_row or not 0 <= row < n:
                 raise ValueError(
                     f"rows must be whole numbers in [0, {n}), got {row!r:.80}"
                 )

@@ -428,8 +428,20 @@ def test_traffic_is_of_all_people(parts):
     assert is_outside(rows(dut, context)).tolist() == [False] + 8 * [True]
 
 
-@pytest.mark.parametrize("row", [-1, 1, 0.0, "ana"])
+@pytest.mark.parametrize("row", [-1, 1, 0.0, True, "ana"])
 def test_only_people_who_are_there_are_taken_out(row):
     dut = OpenCrowd([HumanConfig(pose=[0, 0, 0])])
     with pytest.raises(ValueError, match=r"rows must be whole numbers in \[0,"):
         dut.TakeOut(dut.CreateDefaultContext(), [row])
+
+
+@pytest.mark.parametrize("rows_out", [(), (2,), (0, 2)])
+def test_a_tuple_of_people_is_taken_out_as_a_list(rows_out):
+    people = [HumanConfig(pose=[2.0 * i, 1, 0]) for i in range(3)]
+    dut = OpenCrowd(people)
+    context = dut.CreateDefaultContext()
+    dut.TakeOut(context, rows_out)
+    found = rows(dut, context)
+    assert [*np.flatnonzero(is_outside(found))] == [*rows_out]
+    left = [i for i in range(3) if i not in rows_out]
+    np.testing.assert_array_equal(found[left, 0], 2.0 * np.array(left))
