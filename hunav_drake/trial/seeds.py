@@ -128,10 +128,12 @@ def SetDecisionSeed(diagram: Diagram, context: Context, seed: int) -> None:
         seed: In [0, 2^63).
 
     Raises:
+        TypeError: If it is not the diagram of a trial.
         ValueError: If the seed is not such a number, or if people decide by
             their behaviors alone.
         RuntimeError: If the Context belongs to another diagram.
     """
+    CheckIsTrial(diagram)
     humans = diagram.GetSubsystemByName("humans")
     if not humans.HasSubsystemNamed("decisions"):
         raise ValueError(
@@ -147,7 +149,11 @@ def GetTrialSeed(diagram: Diagram, context: Context) -> int:
     """Returns the seed of a Context of a trial's diagram.
 
     It is the seed of the scenario, or that of the last `SetTrialSeed`.
+
+    Raises:
+        TypeError: If it is not the diagram of a trial.
     """
+    CheckIsTrial(diagram)
     crowd = diagram.GetSubsystemByName("humans").GetSubsystemByName("crowd")
     seed: int = crowd.GetSeed(crowd.GetMyContextFromRoot(context))
     return seed
@@ -173,7 +179,10 @@ def SetHumansSeed(humans: Diagram, context: Context, seed: int) -> None:
         RuntimeError: If the Context belongs to another system.
     """
     check_seed(seed)
-    if not humans.HasSubsystemNamed("crowd"):
+    parts = humans.GetSystems() if hasattr(humans, "GetSystems") else ()
+    if not any(
+        it.get_name() == "crowd" and hasattr(it, "SetSeed") for it in parts
+    ):
         raise ValueError(
             f"{humans.GetSystemPathname()} is not a diagram of people; take the"
             " one that AddHumans has added, as by"

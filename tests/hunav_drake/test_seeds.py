@@ -21,6 +21,7 @@ from hunav_drake import (
     MakeTrialSimulator,
     RunTrial,
     SaveContext,
+    SetDecisionSeed,
     SetHumansSeed,
     SetRobotCommand,
     SetTrialSeed,
@@ -288,6 +289,8 @@ def test_people_alone_are_a_diagram_too():
     "call",
     [
         lambda own, context: SetTrialSeed(own, context, 1),
+        lambda own, context: SetDecisionSeed(own, context, 1),
+        GetTrialSeed,
         lambda own, context: LeaveOut(own, context, "ana"),
         lambda own, context: SetRobotCommand(own, context, [0.5, 0]),
         lambda own, context: TakeRobotAway(own, context),
@@ -308,3 +311,8 @@ def test_only_people_are_reset_with_their_seed():
     diagram = builder.Build()
     with pytest.raises(ValueError, match="is not a diagram of people; take"):
         SetHumansSeed(diagram, diagram.CreateDefaultContext(), 1)
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("crowd", ConstantVectorSource([0.0]))
+    for other in (builder.Build(), ConstantVectorSource([0.0])):
+        with pytest.raises(ValueError, match="is not a diagram of people"):
+            SetHumansSeed(other, other.CreateDefaultContext(), 1)
