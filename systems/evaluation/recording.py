@@ -193,7 +193,7 @@ class Recording(RecordedArrays):
             it.robot_name or "robot": it.until_end() for it in reference.robots
         }
         if not (self.others or reference.others):
-            given = dict.fromkeys(names, reference)
+            given = dict.fromkeys(names, reference.until_end())
         if not given.keys() >= {*names}:
             raise ValueError(
                 "the reference must have the robots of the recording,"

@@ -123,6 +123,8 @@ def test_each_robot_has_the_reference_of_its_name(tmp_path):
     )
     path = both.compared_with(ended).others[0].reference_path
     assert path[-1, 0] == pytest.approx(1.0)
+    alone = b.compared_with(ended.robots[1]).reference_path
+    np.testing.assert_array_equal(alone, path)
 
 
 def test_one_robot_has_none_of_them_unless_they_are_named():
