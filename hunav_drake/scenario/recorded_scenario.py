@@ -57,7 +57,8 @@ def import_tracks(
     ends = np.tile(np.median(rows, axis=0), (2, 1))
     ends[:, longer] = low[longer], high[longer]
     step = SimulationConfig().time_step
-    there = [it.positions[0] for it in tracks.people if it.times[0] < step]
+    # (The first ones may come up to 0.1 s after the start.)
+    there = [it.positions[0] for it in tracks.people if it.times[0] < 0.1]
     aside = np.eye(2)[1 - longer]
     ends += _free_place(ends[0], aside, low, high, there) - ends[0]
     yaw = round(longer * math.pi / 2, 4)

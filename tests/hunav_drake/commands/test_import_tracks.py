@@ -62,6 +62,9 @@ def test_the_robot_starts_beside_whoever_is_in_its_way(tmp_path):
     assert start[0] == pytest.approx(spot[0], abs=0.3)
     assert abs(start[1]) == pytest.approx(1.0, abs=0.3)
     assert np.hypot(*np.subtract(start[:2], spot[:2])) >= 0.99
+    # The trial begins at 3.3 s, and the first one comes at 3.38 s.
+    file = written(tmp_path / "c.csv", times + 3.38, [*rows, stands])
+    assert import_tracks(TracksConfig(file=file)).robot.start == start
 
 
 def written(path, times, rows):
