@@ -234,14 +234,15 @@ humans:
   - {name: ben, pose: [2, 0, 0]}
   - {name: eva, pose: [0, 2, 0]}
   - {name: tom, pose: [2, 2, 0]}
+  - {name: leo, pose: [4, 2, 0], id: 0}
 """
     editor = open_editor(text)
     editor.part("humans/2").click()
     editor.press("Delete")
-    editor.wait(lambda it: len(it.data["humans"]) == 4)
+    editor.wait(lambda it: len(it.data["humans"]) == 5)
     editor.settle()
     humans = editor.session.scenario.humans
-    assert [it.id for it in humans] == [6, 1, 3, 4]
+    assert [it.id for it in humans] == [6, 1, 3, 4, 0]
     editor.undo_all()
     assert editor.session.text == text
 

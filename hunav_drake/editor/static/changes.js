@@ -34,7 +34,7 @@ function numbersOf(people) {
   const taken = new Set(people.map((it) => it.id));
   let next = 0;
   return people.map((it) => {
-    if (it.id) return it.id;
+    if (Number.isInteger(it.id)) return it.id;
     do next++;
     while (taken.has(next));
     return next;
