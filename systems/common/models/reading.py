@@ -50,7 +50,7 @@ _OWN = Path(__file__).resolve().parents[2]
 # knows few; the name of a mesh; and a file that is named relative to the text.
 _LEFT_OUT = re.compile(
     r"<collision\b(?:(?!</collision>).)*?<plane\b.*?</collision>"
-    r"|<(sensor|plugin)\b[^>]*(?:/>|(?<!/)>.*?</\1>)",
+    r"|<(sensor|plugin)\b[^>]*(?:/>|(?<!/)>(?:(?!<\1\b).)*?</\1\s*>)",
     re.DOTALL,
 )
 _MESH = re.compile(
@@ -357,7 +357,10 @@ def _sdf_text(known: PackageMap, path: Path) -> str | None:
         return None
     raw = path.read_text(encoding="utf-8", errors="replace")
     plain = without_comments(raw)
-    text = _LEFT_OUT.sub(lambda it: "\n" * it[0].count("\n"), plain)
+    # (The innermost first: plugins may have plugins.)
+    text, count = plain, 1
+    while count:
+        text, count = _LEFT_OUT.subn(lambda it: "\n" * it[0].count("\n"), text)
     folder, folders = path.resolve().parent, _folders(known)
 
     def shown_mesh(match: re.Match[str]) -> str:

@@ -282,7 +282,9 @@ def test_sdf_of_gazebo_is_read_and_its_meshes_are_shown(tmp_path, capfd):
         '<sdf version="1.6"><model name="r"><!-- <plugin> --><link name="l">\n'
         '<sensor name="s" type="imu"><gz_frame_id>l</gz_frame_id></sensor>\n'
         f'<visual name="v">{mesh}</visual><collision name="c">{mesh}'
-        '</collision></link><plugin name="p" filename="p.so"/></model></sdf>'
+        '</collision></link><plugin name="p" filename="p.so"/>'
+        '<plugin name="q" filename="q.so"><plugin name="r" filename="r.so">'
+        "<a/></plugin><b/></plugin ></model></sdf>"
     )
     tried = f"{reading.__name__}:try_model_file"
     reading.check_model_file(str(file), {}, tried)
