@@ -101,7 +101,7 @@ def _eased(
     found = offsets_of_shapes(px, py, beside, walls)
     clear = math.inf
     for step in range(STEPS):
-        if step * ahead / (STEPS - 1) <= distance:
+        if step * ahead <= (STEPS - 1) * distance:
             clear = min(clear, math.sqrt(found[2, :, step].min()))
     weight *= _rise(clear, _SCRAPE / 2, _SCRAPE)
     if weight == 0:

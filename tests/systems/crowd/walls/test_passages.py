@@ -9,6 +9,7 @@ from hunav_drake import AddHumans, HumanConfig
 from hunav_drake.systems.common.layout import COMMAND_SIZE, Command
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
 from hunav_drake.systems.crowd.bodies.adaptation import Adaptation
+from hunav_drake.systems.crowd.walls import passages
 from hunav_drake.systems.world.route_clearance import route_clearance
 from hunav_drake.systems.world.routes import RouteMap
 from hunav_drake.systems.world.shapes import Box, World
@@ -20,6 +21,10 @@ MODELS = [
     "collision_free_speed",
     "anticipation_velocity",
 ]
+
+
+# The weights of a person.
+WEIGHTS = np.array([[2, 0.5, 10, 0.2, 5, 2, 0.35, 2, 3, 0, 3, 2, 1.0]])
 
 
 def room_with_a_door(width, *, thickness=0.2):
@@ -148,13 +153,12 @@ def ease(world, *, p=(2.0, 0.0), goal=(6.0, 0.0), planned=True, **command):
     for name, value in command.items():
         rows[0, Command[name]] = value
     states = np.array([[*p, 0.0, 0.0, 0.0, 0.0]])
-    parameters = np.array([[2, 0.5, 10, 0.2, 5, 2, 0.35, 2, 3, 0, 3, 2, 1.0]])
     dut = Adaptation(
         *(np.array([0.35]), np.array([0.3]), world.obstacles()),
         CrowdConfig(route_planning=planned),
     )
     _, at_walls = dut.adapt(
-        states.ravel(), rows.ravel(), np.zeros(0), parameters.ravel()
+        states.ravel(), rows.ravel(), np.zeros(0), WEIGHTS.ravel()
     )
     return tuple(at_walls[0])
 
@@ -204,6 +208,23 @@ def test_what_is_felt_of_walls_changes_without_jumps():
         assert felt[:, 0].min() < 0.28
         assert abs(np.diff(felt[:, 0])).max() < 0.01
         assert abs(np.diff(felt[:, 1])).max() < 1
+
+
+def test_the_goal_counts_as_a_place_at_any_distance():
+    """Between two walls to a goal 1 cm before a third one, which scrapes."""
+    walls = [Box(center=[1.5, y], size=[3, 0.2]) for y in (-0.45, 0.45)]
+    walls.append(Box(center=[3.0, 0], size=[0.2, 2]))
+    table = World(walls=walls).obstacles().table
+    command = np.zeros((1, COMMAND_SIZE))
+    command[0, :4] = 2.89, 0.0, 0.1, 1
+    command[0, Command.DESIRED_SPEED] = 1.2
+    for x in np.linspace(1.6, 1.7, 300):
+        position = np.array([[x, 0.0, 0.0, 0.0, 0.0, 0.0]])
+        own = np.array([[0.35, 10.0]])
+        eased = passages.ease(
+            *(position, command, own, WEIGHTS, 0.0, 0.6), *(table, 5.0, 0, True)
+        )
+        np.testing.assert_array_equal(eased, own)
 
 
 @pytest.mark.parametrize("width", [0.6, 0.7, 0.9, 1.2])
