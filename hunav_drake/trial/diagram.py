@@ -70,11 +70,9 @@ class TrialDiagram(Diagram):
         return {it.name: it.prefix for it in robot_parts(self.scenario)}
 
     def DescribeMemory(self) -> list[str]:
-        """Returns whose the states are, in order: people, or their seed."""
+        """Returns the trial's seed if it drew the people."""
         seed = people_seed(self.scenario)
-        if seed is not None:
-            return [f"people drawn by seed {seed}"]
-        return [f"person {it.name}" for it in self.humans]
+        return [] if seed is None else [f"people drawn by seed {seed}"]
 
     def SetRandomContext(
         self, context: Context, generator: RandomGenerator

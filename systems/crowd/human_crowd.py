@@ -47,6 +47,7 @@ from hunav_drake.systems.crowd.motion_model import Snapshot
 from hunav_drake.systems.crowd.seed_and_weights import SeedAndWeights
 from hunav_drake.systems.crowd.step import CrowdJacobian, CrowdStep
 from hunav_drake.systems.people.human_config import HumanConfig
+from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.world.obstacles import Obstacles
 
 Array = NDArray[Any]
@@ -258,6 +259,10 @@ def HumanCrowd_(T: Any) -> type:
             return RequirePort(
                 self, self._robot_states, "robot_states", "num_robots=0"
             )
+
+        def DescribeMemory(self) -> list[str]:
+            """Returns whose the states are, in order."""
+            return [f"person {it}" for it in people_names(self._humans)]
 
         def get_commands_input_port(self) -> InputPort:
             """Returns the port with the commands of the people."""

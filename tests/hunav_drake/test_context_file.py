@@ -374,6 +374,13 @@ def test_people_in_another_order_are_refused(tmp_path):
     words = f"memory person {first} in the file, person {last} in the diagram"
     with pytest.raises(ValueError, match=words):
         LoadContext(MakeTrialDiagram(turned), path)
+    # Also in one's own diagram.
+    people = [HumanConfig(name=it, pose=[0, 0, 0]) for it in ("ana", "ben")]
+    own = MakeHumans(people)
+    SaveContext(own, own.CreateDefaultContext(), path)
+    words = "at ::humans::crowd: memory person ana in the file, person ben in"
+    with pytest.raises(ValueError, match=words):
+        LoadContext(MakeHumans(people[::-1]), path)
 
 
 def test_what_may_differ_is_as_it_is_in_the_diagram(tmp_path):
