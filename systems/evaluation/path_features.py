@@ -116,7 +116,7 @@ def _thinned(points: Array, spacing: float) -> Array:
     for k in range(1, len(points)):
         dx, dy = x[k] - x[kept[-1]], y[k] - y[kept[-1]]
         # (Steps of just this length differ by rounding, wherever they are.)
-        if dx * dx + dy * dy >= spacing * spacing * (1 - 1e-9):
+        if dx * dx + dy * dy >= spacing * spacing * (1 - 1e-6):
             kept.append(k)
     return points[kept]
 

@@ -554,15 +554,17 @@ def test_what_is_in_view_from_the_start_is_no_surprise():
     assert value(dut, "surprise_react_cost") == 0
 
 
-@pytest.mark.parametrize("x", [20.0, 3.3, 100.0])
-def test_turns_do_not_depend_on_the_place_of_steps_of_just_5_cm(x):
+@pytest.mark.parametrize(
+    ("x", "rel"), [(20.0, 1e-9), (3.3, 1e-9), (100.0, 1e-9), (3e6, 1e-4)]
+)
+def test_turns_do_not_depend_on_the_place_of_steps_of_just_5_cm(x, rel):
     """As those of a robot at 0.5 m/s, ten times per second."""
     angle = 2 * math.asin(0.025) * np.arange(120)
     t, circle = 0.1 * np.arange(120), (np.cos(angle), np.sin(angle))
     here = make(t, rows(120, x=circle[0], y=circle[1]))
     there = make(t, rows(120, x=circle[0] + x, y=circle[1] - 0.3 * x))
     for name in ("angle_over_length", "normalized_curvature"):
-        assert value(there, name) == pytest.approx(value(here, name), rel=1e-9)
+        assert value(there, name) == pytest.approx(value(here, name), rel=rel)
 
 
 def test_space_compliance():
