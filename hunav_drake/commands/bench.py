@@ -232,7 +232,10 @@ def _suite(options: argparse.Namespace) -> "Suite":
         }
     if options.until:
         metric, width = options.until
-        changes["until"] = until = Until(metric=metric, half_width=width)
+        until = Until(metric=metric, half_width=width)
+        if suite.until:  # It keeps its least number of seeds.
+            until = dataclasses.replace(until, least=suite.until.least)
+        changes["until"] = until
         given = dataclasses.replace(suite, **changes)
         most = max(len(given.seed_list(it)) for it in [*given.seeds_of, ""])
         if most <= until.least:

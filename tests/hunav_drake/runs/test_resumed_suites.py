@@ -433,6 +433,16 @@ def test_until_without_enough_seeds_is_told(hunav, tmp_path):
         " there are 6; give more, as with --seeds 100, or leave it out\n"
     )
     assert not (tmp_path / "out").exists()
+    # Its own least number of seeds stays.
+    file = tmp_path / "suite.yaml"
+    file.write_text(
+        "name: mine\nscenarios: [passing]\nseeds: 20\n"
+        "until: {metric: path_length, half_width: 1.0, least: 20}\n"
+    )
+    words = ("bench", file, "--out", tmp_path / "out")
+    code, _, err = hunav(*words, "--until", "path_length=1.5")
+    assert code == 2
+    assert "has an effect from 21 seeds on, and there are 20" in err
 
 
 @pytest.mark.parametrize("page", ["", "file/page.md"])
