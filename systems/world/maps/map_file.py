@@ -219,7 +219,7 @@ def _cells(path: Path, settings: dict[str, Any]) -> tuple[Mask, Mask]:
     levels = np.arange(top + 1)
     if str(mode).lower() == "raw":
         # (Like map_server, it takes the upper 8 of 16 bits.)
-        percent = levels * 256 // (top + 1)
+        percent = np.round(levels * 255 / top)
         occupancy = np.where(percent <= 100, percent / 100, np.nan)
     else:
         occupancy = levels / top if negate else 1 - levels / top

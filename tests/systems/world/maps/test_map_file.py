@@ -69,9 +69,6 @@ def test_16_bits_and_transparency_are_read(tmp_path):
     dut = read_map(write_map(tmp_path, percent, mode="raw"))
     assert dut.occupied.tolist() == [[False, True, False, False]]
     assert dut.free.tolist() == [[False, False, True, True]]
-    top = np.array([[256 * 65, 256 * 66 - 1, 256 * 66]], dtype=np.uint16)
-    dut = read_map(write_map(tmp_path, top, mode="raw"))
-    assert dut.occupied.tolist() == [[False, False, True]]
     clear = np.zeros((1, 2, 4), dtype=np.uint8)
     clear[0, 0, 3] = 255
     path = write_map(tmp_path, ["#"], image="clear.png")
