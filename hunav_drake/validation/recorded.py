@@ -325,10 +325,11 @@ def judge_recorded(
         models: The models by name.
         goals: What the models are told.
     """
+    for goal in goals:
+        check_choice("goals", goal, get_args(Goal))
     real = sample_of(windows)
     scores = []
     for goal in goals:
-        check_choice("goals", goal, get_args(Goal))
         for name, predict in models.items():
             futures = [predict(window, goal) for window in windows]
             errors = np.concatenate(

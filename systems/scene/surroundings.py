@@ -223,7 +223,7 @@ def _shapes(prisms: Iterable[Prism], *, is_cut: bool) -> _Shapes:
 
 
 # (Many diagrams have the same world, as those of the seeds of a suite.)
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=1024)
 def _shapes_of(
     rows: tuple[tuple[bytes, float, float, str, bool], ...], is_cut: bool
 ) -> _Shapes:

@@ -64,7 +64,8 @@ class _Rules(NamedTuple):
         narrowest: In meters.
         reach: In meters.
         most: A number of walls.
-        turning: Whether only the way up to the waypoint counts: 1 or 0.
+        turning: Whether people ease up to the waypoint where the way is too
+            narrow only beyond it: 1 or 0.
     """
 
     planned: float

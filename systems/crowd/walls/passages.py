@@ -137,8 +137,9 @@ def ease(
     A person who walks between two walls, at most 2 m apart, has a body that
     fills 90 % of the passage at most, and the push of walls is so much weaker
     that, within the next 1.5 m of the way, it is nowhere more than 70 % of the
-    goal's pull. For all others nothing changes. There is no jump in between:
-    the result depends continuously on positions and waypoints.
+    goal's pull. For all others nothing changes. In between, the result
+    depends continuously on positions and waypoints, except where one more place
+    ahead scrapes a wall, or a wall without thickness comes into the way.
 
     Rows of positions are x, y, ..., commands have waypoints for goals, and
     `at_walls` are the own radii and factors. `margin` is the clearance of a

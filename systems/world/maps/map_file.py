@@ -218,7 +218,7 @@ def _cells(path: Path, settings: dict[str, Any]) -> tuple[Mask, Mask]:
     # The occupancy of each pixel value.
     levels = np.arange(top + 1)
     if str(mode).lower() == "raw":
-        # (Like map_server, it takes the upper 8 of 16 bits.)
+        # (Like map_server, it rounds 16 bits to 8.)
         percent = np.round(levels * 255 / top)
         occupancy = np.where(percent <= 100, percent / 100, np.nan)
     else:

@@ -64,7 +64,7 @@ def test_16_bits_and_transparency_are_read(tmp_path):
     dut = read_map(write_map(tmp_path, deep))
     assert dut.occupied.tolist() == [[False, True, True]]
     assert dut.free.tolist() == [[True, False, False]]
-    # Of 16 bits, the upper ones are the percents of the mode "raw".
+    # Rounded to 8 bits, 16 bits are the percents of the mode "raw".
     percent = np.array([[257 * 101, 257 * 100, 257 * 2, 99]], dtype=np.uint16)
     dut = read_map(write_map(tmp_path, percent, mode="raw"))
     assert dut.occupied.tolist() == [[False, True, False, False]]
