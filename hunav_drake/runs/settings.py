@@ -2,8 +2,14 @@
 
 from collections.abc import Iterable
 import re
+from typing import TYPE_CHECKING
 
-import pandas as pd
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    import lazy_loader
+
+    pd = lazy_loader.load("pandas")
 
 # Changes of a scenario that have their own columns in the table of runs.
 _TOLD = ("planner.type", "planner.name", "simulation.seed")
@@ -44,12 +50,12 @@ def short_settings(settings: Iterable[str]) -> dict[str, str]:
     return short
 
 
-def has_settings(runs: pd.DataFrame) -> bool:
+def has_settings(runs: "pd.DataFrame") -> bool:
     """Returns whether a run of a table has a setting."""
     return "setting" in runs and bool((_texts(runs, "setting") != "").any())
 
 
-def with_names(runs: pd.DataFrame) -> pd.DataFrame:
+def with_names(runs: "pd.DataFrame") -> "pd.DataFrame":
     """Returns a table whose missing names of planners, settings ... are empty.
 
     Args:
@@ -61,7 +67,7 @@ def with_names(runs: pd.DataFrame) -> pd.DataFrame:
     return runs.copy().assign(**{name: _texts(runs, name) for name in gaps})
 
 
-def _texts(runs: pd.DataFrame, name: str) -> pd.Series:
+def _texts(runs: "pd.DataFrame", name: str) -> "pd.Series":
     """Returns a column as texts; whole numbers have no decimals."""
     column = runs[name]
     if pd.api.types.is_float_dtype(column):
@@ -70,7 +76,7 @@ def _texts(runs: pd.DataFrame, name: str) -> pd.Series:
     return column.astype(object).where(column.notna(), "").astype(str)
 
 
-def contenders(runs: pd.DataFrame) -> pd.Series:
+def contenders(runs: "pd.DataFrame") -> "pd.Series":
     """Returns the contender of each run, such as "pursuit, cruise_speed=0.3".
 
     Runs have the same name exactly if planner and setting are the same.

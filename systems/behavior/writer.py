@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 from hunav_drake.systems.behavior.language.blackboard import reference
 from hunav_drake.systems.behavior.language.documents import Documents
@@ -104,6 +103,9 @@ def _tree_names(documents: Documents) -> dict[str, str]:
 
 
 def _attributes(attributes: Mapping[str, str]) -> str:
+    # Imported here, as it loads what opens addresses of the web.
+    from xml.sax.saxutils import quoteattr
+
     return "".join(
         f" {name}={quoteattr(value)}" for name, value in attributes.items()
     )

@@ -29,6 +29,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.cgutils import get_null_value
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import trigger_event
+from numba.core.runtime import rtsys
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.unsafe.ndarray import to_fixed_tuple
@@ -150,8 +151,11 @@ class _KeptCode(FunctionCache):
         )
 
     def load_overload(self, sig, target_context):
+        # Code from the disk needs only numba's runtime. What numba loads here
+        # by itself, also SciPy, is for compiling, and takes 0.4 s.
+        rtsys.initialize(target_context)
         try:
-            return super().load_overload(sig, target_context)
+            return self._load_overload(sig, target_context)
         # Damaged code may fail anywhere in the unpacking.
         except Exception:
             self._tell("is damaged; it is compiled anew")

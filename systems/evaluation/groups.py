@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.components import connected_components
 from hunav_drake.systems.common.layout import (
     VX,
     VY,
@@ -111,11 +110,8 @@ def groups_by_geometry(humans: Array) -> Groups:
     # Only people with a link are nodes of the graph.
     nodes, ends = np.unique(pairs[:, linked], return_inverse=True)
     edges = ends.reshape(2, -1)
-    graph = coo_array(
-        (np.ones(edges.shape[1]), (edges[0], edges[1])),
-        shape=(len(nodes), len(nodes)),
-    )
-    count, label = connected_components(graph, directed=False)
+    label = connected_components(len(nodes), edges)
+    count = int(label.max(initial=-1)) + 1
     keeps = np.ones(len(nodes), dtype=np.bool_)
     while True:
         center = _means(votes[nodes[keeps]], label[keeps], count)

@@ -118,12 +118,27 @@ class ModelFacts:
     limits: tuple[tuple[float, float], ...] = ()
 
 
+# The facts of the package's own models, whose files do not change.
+_OWN = "package://hunav_drake/"
+_facts_of_own: dict[tuple[str, str, str], ModelFacts] = {}
+
+
 def inspect_model(source: ModelSource, drive: DriveConfig) -> ModelFacts:
     """Checks that a model can be driven and returns its properties.
 
     Raises:
         ModelFault: If it cannot.
     """
+    if not source.file.startswith(_OWN) or source.packages or source.arguments:
+        return _inspect(source, drive)
+    key = source.file, source.base, repr(drive)
+    if key not in _facts_of_own:
+        _facts_of_own[key] = _inspect(source, drive)
+    return _facts_of_own[key]
+
+
+def _inspect(source: ModelSource, drive: DriveConfig) -> ModelFacts:
+    """Returns the properties of a model: see `inspect_model`."""
     if isinstance(drive, WheelDrive | PlanarBase):
         check_model_file(
             source.file,

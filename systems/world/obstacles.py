@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.components import connected_components
 from hunav_drake.systems.world.wall_table import wall_table
 
 if TYPE_CHECKING:
@@ -103,10 +104,6 @@ class Obstacles:
         Walls that share an end and lie on one line are one: so the result does
         not depend on how many pieces, or shapes, a wall has.
         """
-        # Imported here, as most readers of scenarios do without.
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
         ends = self.segments.reshape(-1, 2)
         along = self.segments[:, 2:] - self.segments[:, :2]
         angle = np.arctan2(along[:, 1], along[:, 0])
@@ -116,8 +113,7 @@ class Obstacles:
         _, place = np.unique(rows, axis=0, return_inverse=True)
         n = len(self.segments)
         meets = np.repeat(np.arange(n), 2), n + place.ravel()
-        graph = coo_array((np.ones(2 * n), meets), shape=(3 * n, 3 * n))
-        _, wall = connected_components(graph, directed=False)
+        wall = connected_components(3 * n, meets)
         _, first_of, wall = np.unique(
             wall[:n], return_index=True, return_inverse=True
         )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import shapely
 
 from hunav_drake.systems.common.arrays import Array, Mask
+from hunav_drake.systems.common.components import connected_components
 from hunav_drake.systems.common.models.mesh_files import kept
 from hunav_drake.systems.world.maps.outlines import without_holes
 from hunav_drake.systems.world.solids import Hull
@@ -153,16 +154,12 @@ def straightened(outline: Array) -> Array:
 
 def _components(triangles: Array) -> Iterator[tuple[Array, bool]]:
     """Yields the connected components, and whether each is closed."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     rows = np.rint(triangles.reshape(-1, 3) / _SAME)
     _, corner = np.unique(rows, axis=0, return_inverse=True)
     faces = corner.reshape(-1, 3)
     n = int(faces.max()) + 1
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = coo_array((np.ones(len(ends)), tuple(ends.T)), shape=(n, n))
-    _, label = connected_components(graph, directed=False)
+    label = connected_components(n, ends.T)
     of_face = label[faces[:, 0]]
     edges = np.sort(np.concatenate([ends, faces[:, [2, 0]]]), axis=1)
     _, side, count = np.unique(

@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import hashlib
+from html import escape
 import logging
 from pathlib import Path
 import re
 from typing import Any
-from xml.sax.saxutils import escape
 
 from pydrake.geometry import (
     HalfSpace,
