@@ -6,6 +6,7 @@ heavy modules where they are used.
 
 import argparse
 from collections.abc import Iterator, Sequence
+import gc
 import importlib
 import io
 import os
@@ -94,6 +95,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     options = argparse.Namespace()
     words = sys.argv[1:] if arguments is None else arguments
+    if arguments is None:
+        # What is loaded stays: to look through it again and again for garbage
+        # takes a tenth of the time of a short command.
+        gc.set_threshold(100_000)
     imports: Sequence[str] = ()
     try:
         options = _make_parser(words).parse_args(words)

@@ -6,7 +6,6 @@ from types import MappingProxyType
 from typing import Any
 
 from hunav_drake.report.environment import address_of, write_page
-from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
 from hunav_drake.report.trial_page import trial_content
 from hunav_drake.runs.independent_runs import first_equal
 from hunav_drake.runs.run_folders import find_pages
@@ -72,6 +71,9 @@ def WriteReport(
     folder = filename.parent if pages is None else Path(pages)
     pages_of = [find_pages(folder, trial.tag) for trial in trials]
     if len(trials) > 1:
+        # Imported here: the page of one run needs none of it.
+        from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
+
         many = ManyRuns(
             runs=tabulate_runs(trials),
             by_behavior=tabulate_runs(trials, by_behavior=True),

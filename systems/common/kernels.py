@@ -36,8 +36,8 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
-_JIT = re.compile(rb"\b(n?jit(_as|_with)?|late_as)\b")
-_IMPORT = re.compile(rb"^ *from hunav_drake\.systems\.([\w.]+) import", re.M)
+_JIT = re.compile(rb"(jit(_as|_with)?|late_as)\b")
+_IMPORT = re.compile(rb"from hunav_drake\.systems\.([\w.]+) import")
 
 
 def hash_sources(folder: Path = _FOLDER) -> str:
