@@ -121,7 +121,7 @@ def check_bag(scenario, path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", fast(ListScenarios(), "passing"))
 def test_two_libraries_read_each_message(name, tmp_path):
-    scenario = LoadScenario(filename=name, overrides=["simulation.duration=8"])
+    scenario = LoadScenario(filename=name, overrides=["simulation.duration=2"])
     topics = check_bag(scenario, tmp_path / "a" / "a.mcap")
     assert topics["/human_states"] == topics["/people"] == topics["/clock"]
 
