@@ -216,8 +216,8 @@ class AgentServices:
     def compute_agent(self, agent_id: int, dt: float | None = None) -> Agents:
         """Moves one person by a time `dt` from the current states.
 
-        These are the input and the result of the last call. The other people
-        do not move.
+        These are the input and the result of the last call, and those of all
+        people after `move_agent` of each. The other people do not move.
 
         Args:
             agent_id: The number of the person.
@@ -250,7 +250,8 @@ class AgentServices:
 
         The other people do not move, and their trees are not ticked. To move
         all people, pass the same states in the call for each of them: then the
-        order does not matter, and the step of all is computed only once.
+        order does not matter, the step of all is computed only once, and after
+        the last of them all is as after `compute_agents`.
 
         Args:
             humans: As for `compute_agents`.
@@ -383,6 +384,8 @@ class AgentServices:
                 self._round = None
             now.moved.add(index)
             self._people.StepOne(self._context, index, now.after)
+            if len(now.moved) == len(self._ids):
+                self._people.FinishStep(self._context, now.after)
             status = now.status[index]
         states = self._people.GetStates(self._context)
         return Agents(states[index], np.asarray(status))

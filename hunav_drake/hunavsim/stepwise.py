@@ -26,6 +26,8 @@ class StepwiseHumans:
         self._crowd = diagram.GetSubsystemByName("crowd")
         self._behaviors = diagram.GetSubsystemByName("behaviors")
         self._num_robots = num_robots
+        port = diagram.GetOutputPort("human_states")
+        self._num_humans = port.size() // STATE_SIZE
         self._time_step = time_step
 
     def GetSeed(self, context: Context) -> int:
@@ -79,14 +81,25 @@ class StepwiseHumans:
         )
         context.SetTime(context.get_time() + self._time_step)
 
+    def FinishStep(self, context: Context, after: Context) -> None:
+        """Ends a step in which all people went to their states in `after`."""
+        context.SetDiscreteState(after.get_discrete_state())
+        context.SetTime(context.get_time() + self._time_step)
+
     def StepOne(self, context: Context, index: int, after: Context) -> None:
         """Moves one person to its state in `after`, a result of `CalcNext`.
 
         Nothing else changes, not even the time.
         """
-        states = self.GetStates(context)
-        states[index] = self.GetStates(after)[index]
-        self.SetStates(context, states)
+        # Rows of people: in the crowd, and what they show.
+        for system, first in ((self._crowd, 0), (self._behaviors, 1)):
+            own = system.GetMyMutableContextFromRoot(context)
+            new = system.GetMyContextFromRoot(after)
+            for k in range(first, own.num_discrete_state_groups()):
+                rows = own.get_mutable_discrete_state(k).get_mutable_value()
+                size = len(rows) // self._num_humans
+                part = slice(index * size, (index + 1) * size)
+                rows[part] = new.get_discrete_state(k).value()[part]
         trees = self._behaviors
         memory = trees.GetMemory(trees.GetMyContextFromRoot(after), index)
         trees.SetMemory(

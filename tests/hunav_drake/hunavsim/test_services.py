@@ -10,7 +10,7 @@ import pytest
 
 from hunav_drake import HumanConfig, LoadScenario, MakeTrialDiagram
 from hunav_drake.hunavsim.services import AgentServices
-from hunav_drake.systems.crowd import CrowdConfig
+from hunav_drake.systems.crowd import CrowdConfig, DecisionsConfig
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, single
 from tests.walkers import make_walkers
@@ -87,6 +87,26 @@ def test_moving_one_by_one_is_moving_all(dut):
         assert [int(one.behavior_status) for one in one_by_one] == [0, 0, 0]
         states = agents.states
     assert (states[:, 0] > 2).all()
+
+
+@pytest.mark.parametrize("decisions", [None, DecisionsConfig()])
+def test_guides_and_decisions_go_on_one_by_one(decisions):
+    """What people show each other, and the time, are those of all."""
+    first, *others = make_people()
+    first = dataclasses.replace(
+        first, behavior={"type": "guide", "ports": {"people": "11, 12"}}
+    )
+    config = CrowdConfig(decisions=decisions)
+    dut, other = (
+        AgentServices([first, *others], config=config) for _ in range(2)
+    )
+    states = dut.agents.states
+    for _ in range(12):
+        agents = dut.compute_agents(states, ROBOT)
+        for agent_id in (12, 10, 11):
+            other.move_agent(states, ROBOT, agent_id)
+        states = agents.states
+        np.testing.assert_array_equal(other.agents.states, states)
 
 
 def test_compute_agent_goes_on_from_what_is_known(dut):
