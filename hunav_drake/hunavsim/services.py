@@ -21,6 +21,7 @@ from hunav_drake.systems.common.checks import check_kind
 from hunav_drake.systems.crowd import CrowdConfig
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.people.names import people_ids
+from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.world.obstacles import Obstacles
 from hunav_drake.systems.world.shapes import World
 from hunav_drake.trial.humans import MakeHumans
@@ -99,6 +100,7 @@ class AgentServices:
         num_robots: int = 1,
         time_step: float = 0.05,
         seed: int = 0,
+        places: Sequence[Place] = (),
     ) -> None:
         """Constructs the services.
 
@@ -111,6 +113,8 @@ class AgentServices:
             time_step: The length of a step, in seconds.
             seed: The seed of drawn weights, in [0, 2^63), until
                 `reset_agents` gets another one.
+            places: The places that behaviors name, besides the furniture of
+                the world.
 
         Raises:
             BehaviorTreeError: If a behavior is unknown or faulty.
@@ -125,6 +129,7 @@ class AgentServices:
             num_robots=num_robots,
             time_step=time_step,
             seed=seed,
+            places=places,
             separate_trees=False,
         )
         self._people = StepwiseHumans(

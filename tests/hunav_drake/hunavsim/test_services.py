@@ -11,6 +11,7 @@ import pytest
 from hunav_drake import HumanConfig, LoadScenario, MakeTrialDiagram
 from hunav_drake.hunavsim.services import AgentServices
 from hunav_drake.systems.crowd import CrowdConfig, DecisionsConfig
+from hunav_drake.systems.people.places import Place
 from hunav_drake.systems.world.obstacles import Obstacles
 from tests.recorded import read_recorded, single
 from tests.walkers import make_walkers
@@ -107,6 +108,17 @@ def test_guides_and_decisions_go_on_one_by_one(decisions):
             other.move_agent(states, ROBOT, agent_id)
         states = agents.states
         np.testing.assert_array_equal(other.agents.states, states)
+
+
+def test_behaviors_may_name_places():
+    first, *others = make_people()
+    first = dataclasses.replace(
+        first, behavior={"type": "queue", "ports": {"place": "desk"}}
+    )
+    desk = Place(name="desk", type="counter", pose=(4.0, 0.0, 0.0))
+    dut = AgentServices([first, *others], places=[desk])
+    after = walk_by_service(dut, dut.agents.states, 200)[-1]
+    assert math.dist(after[0, :2], desk.pose[:2]) < 0.5
 
 
 def test_compute_agent_goes_on_from_what_is_known(dut):
