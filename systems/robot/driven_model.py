@@ -163,18 +163,20 @@ def _arms(drive: WheelDrive, wheels: tuple[Wheel, ...]) -> list[float]:
     """Returns by how much turning to the left slows the rim of each wheel.
 
     It is in m/s per rad/s: for a wheel that only rolls, how far it is to the
-    left; a mecanum wheel ahead or behind is as much faster. Wheels of a skid
-    steer slip sideways: with equal loads, and no torque left about the middle,
-    the rims need (x² + y²) / |y|, with places from the middle of the wheels.
+    left of the base; a mecanum wheel ahead or behind is as much faster. Wheels
+    of a skid steer slip sideways: with equal loads, and no torque left about
+    the middle, the rims need (x² + y²) / |y|, with places from the middle of
+    the wheels.
     """
     if isinstance(drive, DifferentialWheels):
         half = drive.wheel_separation / 2
-        xs = [wheel.place[0] for wheel in wheels]
-        middle = sum(xs) / len(xs)
+        xs, ys, _ = zip(*(wheel.place for wheel in wheels), strict=True)
+        middle, left = sum(xs) / len(xs), (min(ys) + max(ys)) / 2
         if drive.skids:
             half += sum((x - middle) ** 2 for x in xs) / len(xs) / half
         return [
-            half if wheel.setting == "left_wheel" else -half for wheel in wheels
+            left + (half if wheel.setting == "left_wheel" else -half)
+            for wheel in wheels
         ]
     if isinstance(drive, MecanumWheels):
         # Rollers of wheels on a diagonal are parallel.

@@ -89,6 +89,13 @@ def test_wheels_of_a_skid_steer_must_slip(tmp_path):
     assert rate * RADIUS == pytest.approx(lever, rel=0.05)
 
 
+def test_a_base_may_be_beside_the_middle_of_the_wheels(tmp_path):
+    places = {name: (x, y - 0.1) for name, (x, y) in TWO.items()}
+    casters = [(x, y - 0.1) for x, y in CASTERS]
+    robot = make(tmp_path, cart(places, casters=casters), TWO_WHEELS)
+    check(robot, same((0.5, 0.8), (-0.2, 0.4)), rel=0.03, abs=0.005)
+
+
 def test_a_car_turns_as_sharply_as_it_can(tmp_path):
     commands = same((0.5, 0.0), (0.5, 0.5), (0.8, -0.8), (-0.2, -0.1)) | {
         (0.3, 1.5): (0.3, 0.3 * SHARPEST),
