@@ -33,6 +33,9 @@ PERSON, ROBOT = 1, 2
 
 _SECOND = 10**9
 
+# Angles up to a turn are the same in single precision, in radians.
+_SINGLE = 1e-5
+
 
 def ros_name(name: str) -> str:
     """Returns a name with what topics must not have as underscores."""
@@ -141,14 +144,21 @@ def row_of(told: Any) -> list[float]:
     """Returns the row of an `agent`.
 
     All but the radius is exact: that is the shortest decimal number that is
-    the same in single precision, unless it is exact in an `observation`.
+    the same in single precision, unless it is exact in an `observation`. The
+    heading is `yaw`, as in HuNavSim, whose wrappers turn the orientation, or
+    leave it out; where both are the same, it is that of the latter.
     """
     at, speed = told.position, told.velocity
+    yaw = yaw_of(at.orientation)
+    if math.isfinite(told.yaw) and (
+        abs(math.remainder(told.yaw - yaw, 2 * math.pi)) > _SINGLE
+    ):
+        yaw = float(told.yaw)
     radius = at.position.z
     if np.float32(radius) != np.float32(told.radius):
         radius = float(str(np.float32(told.radius)))
     return [
-        *(at.position.x, at.position.y, yaw_of(at.orientation)),
+        *(at.position.x, at.position.y, yaw),
         *(speed.linear.x, speed.linear.y, speed.angular.z, radius),
     ]
 

@@ -775,6 +775,27 @@ def map_at(frame="map", cell=0.05, x=0.0, cells=None):
     return [(100.0, [("/map", told)])]
 
 
+def test_headings_are_those_that_hunavsim_reads(tmp_path):
+    """Its wrapper of Webots tells no orientation of the robot, that of Isaac
+    Sim turns those of people."""
+    robot = m.agent([2.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.3], type=m.ROBOT, id=0)
+    robot.yaw = 2.5
+    people = []
+    for k in range(20):
+        time, told = agents_at(k, name="ana", behavior=1)
+        told[0][1].agents[0].yaw = -math.pi / 2
+        people.append((time, told))
+    path = faulty(
+        tmp_path,
+        [(100.0, [joined(100.0)])],
+        people,
+        [(100 + k / HZ, [("/robot_states", robot)]) for k in range(20)],
+    )
+    read = read_quietly(path)
+    np.testing.assert_allclose(read.robot[:, 2], 2.5)
+    np.testing.assert_allclose(read.humans[:, 0, 2], -math.pi / 2, rtol=1e-6)
+
+
 def test_a_map_is_moved_from_its_frame(tmp_path):
     cells = np.zeros((20, 30), np.int8)
     cells[5, 7] = 100
