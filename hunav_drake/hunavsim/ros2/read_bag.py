@@ -360,7 +360,9 @@ def _track(
 ) -> tuple[Array, Array]:
     """Returns the times (s) and the rows of a robot.
 
-    HuNavSim's agents name no frame: it is that of its `people`.
+    HuNavSim's agents name no frame: it is that of its `people`. Nor have they
+    a stamp: it is as late as those of the people who come with them, so that
+    stamps may be of a simulated time.
     """
     frame = frames.fixed
     if bag.types.get(people) == AGENTS:
@@ -369,13 +371,20 @@ def _track(
     kind = bag.types.get(topic)
     if kind not in _ROBOTS:
         _choose(bag, topic, _ROBOTS, "robot")
+    shifts = [(0.0, 0.0)]
+    if kind == AGENT and people:
+        shifts = [
+            (came, bag.time(told.header, came) - came)
+            for _, came, told in bag.messages(people)
+        ] or shifts
+    arrivals, late = np.array(shifts).T
     rows: dict[float, list[float]] = {}
     for _, came, told in bag.messages(topic):
         if kind == AGENT:
-            # (It has no stamp.)
+            time = came + float(np.interp(came, arrivals, late))
             row = m.row_of(told)
-            _check_row(bag, topic, came, row)
-            rows[came] = moved(row, frames.pose(frame, came))
+            _check_row(bag, topic, time, row)
+            rows[time] = moved(row, frames.pose(frame, time))
             continue
         time = bag.time(told.header, came)
         at, speed = told.pose.pose, told.twist.twist

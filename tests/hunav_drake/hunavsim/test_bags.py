@@ -775,6 +775,26 @@ def map_at(frame="map", cell=0.05, x=0.0, cells=None):
     return [(100.0, [("/map", told)])]
 
 
+def test_a_robot_of_hunavsim_has_the_simulated_time_of_its_people(tmp_path):
+    """As in a bag that was recorded without simulated time."""
+
+    def robot(k):
+        row = [0.2 * k / HZ, 5.0, 0.0, 0.2, 0.0, 0.0, 0.3]
+        return m.agent(row, type=m.ROBOT)
+
+    # The simulation runs at half of real time.
+    people = [agents_at(k, name="ana", behavior=1) for k in range(20)]
+    late = [(EPOCH + 2 * time, told) for time, told in people]
+    robots = [
+        (EPOCH + 2 * (100 + k / HZ) + 0.003, [("/robot_states", robot(k))])
+        for k in range(-1, 21)
+    ]
+    read = read_quietly(faulty(tmp_path, late, robots))
+    np.testing.assert_allclose(read.times, np.arange(20) / HZ, atol=1e-6)
+    expected = 0.2 * (read.times - 0.0015)
+    np.testing.assert_allclose(read.robot[1:-1, 0], expected[1:-1], atol=1e-6)
+
+
 def test_headings_are_those_that_hunavsim_reads(tmp_path):
     """Its wrapper of Webots tells no orientation of the robot, that of Isaac
     Sim turns those of people."""
