@@ -256,7 +256,7 @@ class AgentServices:
         The other people do not move, and their trees are not ticked. To move
         all people, pass the same states in the call for each of them: then the
         order does not matter, the step of all is computed only once, and after
-        the last of them all is as after `compute_agents`.
+        the last of them time has gone on, as after `compute_agents`.
 
         Args:
             humans: As for `compute_agents`.
