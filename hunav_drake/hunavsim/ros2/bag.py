@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 import contextlib
+from itertools import islice
 from typing import Any
 
 from hunav_drake.systems.evaluation.recording_checks import LARGEST
@@ -20,6 +21,7 @@ class Bag:
     def __init__(self, reader: Any) -> None:
         self._reader = reader
         self.zero = 0
+        self._from_zero = False
         self.last = ""
         self.types = {it.topic: it.msgtype for it in reader.connections}
         self._defined = any(it.msgdef.data for it in reader.connections)
@@ -31,16 +33,24 @@ class Bag:
             ValueError: If it is damaged.
         """
         topics = [topic] if topic else self.of_type(TRANSFORMS)
-        for _, came, told in self.messages(*topics):
+        begin = []
+        for _, came, told in islice(self.messages(*topics), 2):
             header = getattr(told, "header", None)
-            stamp = m.nanoseconds(header.stamp) if header else 0
-            self.zero = stamp or round(came * 1e9)
-            return
+            begin.append((m.nanoseconds(header.stamp) if header else 0, came))
+        if begin:
+            stamp, came = begin[0]
+            self._from_zero = not stamp and begin[-1][0] > 0
+            no_stamp = not stamp and not self._from_zero
+            self.zero = round(came * 1e9) if no_stamp else stamp
 
     def time(self, header: Any, came: float) -> float:
-        """Returns the time of a message: its stamp, if it has one."""
+        """Returns the time of a message: its stamp, if it has one.
+
+        0 is one only where stamps begin there, as those of simulations.
+        """
         stamp = m.nanoseconds(header.stamp)
-        return (stamp - self.zero) * 1e-9 if stamp else came
+        told = stamp or self._from_zero
+        return (stamp - self.zero) * 1e-9 if told else came
 
     def clock(self, time: float) -> str:
         """Returns a time as messages have it, in seconds."""

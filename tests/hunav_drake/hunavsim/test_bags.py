@@ -732,6 +732,21 @@ def test_times_since_1970_lose_no_digits(tmp_path):
     )
 
 
+def test_simulated_times_may_begin_at_0(tmp_path):
+    """In a bag that was recorded in real time."""
+    people = [(EPOCH + t, told) for t, told in told_people()]
+    robot = [(EPOCH + t, told) for t, told in odometry()]
+    for _, [(_, told)] in (*people, *robot):
+        stamp = m.nanoseconds(told.header.stamp) * 1e-9
+        told.header.stamp = m.stamp(stamp - 100)
+    frames = [(EPOCH + 99.9, [joined(0.0)])]
+    read = read_quietly(faulty(tmp_path, frames, people, robot))
+    np.testing.assert_allclose(read.times, np.arange(50) / HZ, atol=1e-9)
+    np.testing.assert_allclose(
+        read.robot[:, 0], 2 * np.sin(0.3 * read.times), atol=1e-9
+    )
+
+
 def test_times_since_1970_are_told_in_full(tmp_path):
     gap = [*odometry()[:10], *odometry()[60:]]
     parts = [[(100.0, [joined(100.0)])], told_people(), gap]
