@@ -215,6 +215,9 @@ class FilmOverlays:
             tag = tag_picture(board.text, board.colors, letters)
             x, y = pixels[i]
             left, top = round(x - tag.width / 2), round(y - tag.height)
+            if 0.0 <= x < picture.width:
+                # Whole beside an edge.
+                left = max(min(left, picture.width - tag.width), 0)
             lowest = top
             others = [box for k, box in heads if k != board.person]
             # Above those in the way, and above heads, but not far from its own.

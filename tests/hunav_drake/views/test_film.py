@@ -144,6 +144,38 @@ def test_overlays_on_the_floor_are_behind_people(run):
     assert np.any(named != bare, axis=-1).sum() > 1000
 
 
+def test_tags_are_whole_beside_the_edges_of_a_picture(run):
+    trial = LoadRecordedTrial(run)
+    scene = FilmScene(trial, "top", SIZE, start=1.0, step=0.1, shadows=False)
+    shot = scene.Take()
+    blank = np.zeros_like(shot.image)
+    robots = np.full_like(shot.robots, 1e3)
+
+    def tag_size(place):
+        humans = np.full_like(shot.humans, np.nan)
+        humans[0] = [*place, 0.0, 0.0, 0.0, 0.0, 0.3]
+        alone = dataclasses.replace(
+            shot,
+            image=blank,
+            floor=np.zeros_like(shot.floor),
+            humans=humans,
+            robots=robots,
+        )
+        drawn = np.asarray(FilmOverlays(trial, ["names"]).Draw(alone))
+        return np.any(drawn != blank, axis=-1).sum()
+
+    grid = np.arange(-9.0, 9.0, 0.02)
+    places = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    tops = np.column_stack([places, np.full(len(places), 2.0)])
+    pixels, _ = shot.camera.Project(tops)
+    middle, *edges = (
+        tag_size(places[np.argmin(np.abs(pixels - [x, 100]).sum(axis=1))])
+        for x in (160, 4, SIZE[0] - 4)
+    )
+    assert edges == [middle, middle]
+    assert middle > 100
+
+
 def test_who_is_absent_is_not_drawn(run):
     trial = LoadRecordedTrial(run)
     humans = trial.recording.humans.copy()
