@@ -31,8 +31,8 @@ CALM: Colors = ((255, 255, 255), (44, 50, 60))
 REACTING: Colors = ((255, 255, 255), (190, 20, 55))
 SPEECH: Colors = ((30, 34, 40), (255, 250, 225))
 
-# The code of those who use a place seated, as at a desk.
-_WORKS = -1.0
+# The codes of those who use a place seated, as at a desk, and of those who lie.
+_WORKS, _LIES = -1.0, -2.0
 
 # What people do, by their Activity; those that are reactions have none.
 WORDS: dict[float, str] = {
@@ -47,9 +47,10 @@ WORDS: dict[float, str] = {
     Activity.GROUP_WALK: "walks in a group",
     Activity.WAIT: "waits",
     _WORKS: "works",
+    _LIES: "lies",
 }
 
-_LONGEST, _LONGEST_TAG = 40, 30
+_LONGEST, _LONGEST_TAG = 40, 40
 
 # The behaviors that tags do not tell: of the usual one, and of those that are
 # `ACTIVITIES`, people show what they do.
@@ -67,7 +68,8 @@ def tag_text(name: str, behavior: str, activity: str = "") -> str:
     The usual behavior goes without saying, and so do activities: somebody with
     the behavior "sit" also walks to the seat.
     """
-    if behavior in UNTOLD:
+    # (A tree in the file has no name but "xml".)
+    if behavior in UNTOLD or behavior == "xml":
         behavior = ""
     parts = [part for part in (name, behavior, activity) if part]
     text = " \N{MIDDLE DOT} ".join(parts)
@@ -82,10 +84,13 @@ def calm_activities(signals: Array | None, n: int) -> list[str]:
     if signals is None:
         return [""] * n
     rows = signals.reshape(n, -1)
-    works = rows[:, Signal.ACTIVITY] == Activity.USE
-    works &= rows[:, Signal.POSTURE] == Posture.SEATED
-    codes = np.where(works, _WORKS, rows[:, Signal.ACTIVITY]).tolist()
-    return [WORDS.get(code, "") for code in codes]
+    codes, posture = rows[:, Signal.ACTIVITY].copy(), rows[:, Signal.POSTURE]
+    sits, uses = codes == Activity.SIT, codes == Activity.USE
+    # Who still walks to a seat, or turns around before it, does not sit.
+    codes[sits & (posture == Posture.STANDING)] = Activity.NONE
+    codes[uses & (posture == Posture.SEATED)] = _WORKS
+    codes[(sits | uses) & (posture == Posture.LYING)] = _LIES
+    return [WORDS.get(code, "") for code in codes.tolist()]
 
 
 def activity_text(word: str, is_still: bool) -> str:

@@ -191,6 +191,7 @@ def test_tags_tell_what_people_do_with_each_other(meshcat, monkeypatch):
     signals = np.tile(SILENT, (2, 1))
     # Ana walks there still; Bo sits, which is no reaction to the robot.
     signals[:, Signal.ACTIVITY] = Activity.SIT
+    signals[1, Signal.POSTURE] = Posture.SEATED
     run(
         meshcat,
         behavior_status=[1.0, 1.0],
@@ -215,6 +216,13 @@ def test_who_uses_a_desk_works():
     signals[:, Signal.ACTIVITY] = Activity.USE
     signals[0, Signal.POSTURE] = Posture.SEATED
     assert calm_activities(signals.ravel(), 2) == ["works", "uses something"]
+
+
+def test_who_lies_is_not_said_to_sit_nor_who_stands_before_a_seat():
+    signals = np.tile(SILENT, (3, 1))
+    signals[:, Signal.ACTIVITY] = Activity.SIT
+    signals[:, Signal.POSTURE] = [*Posture]
+    assert calm_activities(signals.ravel(), 3) == ["", "sits", "lies"]
 
 
 def test_who_reacts_has_a_sign_and_another_tag(meshcat, monkeypatch):
@@ -469,6 +477,9 @@ def test_tags_tell_name_behavior_and_activity():
     text = tag_text("ana", "curious", "reacts")
     assert [part in text for part in ("ana", "curious", "reacts")] == [True] * 3
     assert len(tag_text("x" * 90, "regular")) <= 40
+    assert tag_text("ana", "xml", "stands") == "ana \N{MIDDLE DOT} stands"
+    text = tag_text("doctor_nora", "distracted", "stands")
+    assert text.endswith("stands")
     calm, reacting = (tag_picture(text, it) for it in (CALM, REACTING))
     assert calm.size == reacting.size
     middle = (calm.width // 2, 2)
