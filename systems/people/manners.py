@@ -172,8 +172,10 @@ def hold_figures(figures: Array, manners: Array, bodies: Array) -> Array:
         swing = (1.0 - busy) * walks
         q[LEFT_SHOULDER] = swing * q[LEFT_SHOULDER] + busy * own[ARMS]
         q[RIGHT_SHOULDER] = swing * q[RIGHT_SHOULDER] + busy * own[ARMS + 1]
-        q[LEFT_ELBOW] = (1.0 - busy) * _REST + busy * own[ARMS + 2]
-        q[RIGHT_ELBOW] = (1.0 - busy) * _REST + busy * own[ARMS + 3]
+        # (The arms of who lies rest on the bed.)
+        rest = (1.0 - busy) * (1.0 - lies) * _REST
+        q[LEFT_ELBOW] = rest + busy * own[ARMS + 2]
+        q[RIGHT_ELBOW] = rest + busy * own[ARMS + 3]
     return result
 
 

@@ -95,6 +95,8 @@ def test_who_lies_is_on_the_back_above_the_bed():
     assert moved[mut.LEAN] == 0
     sits = figures(after(0.0, shown(1), states), states, wheeled)[0][0]
     assert sits[HIP_HEIGHT] == SEAT + FOOTREST
+    # Forearms rest on the bed, too.
+    assert q[mut.LEFT_ELBOW] == q[mut.RIGHT_ELBOW] == 0.0
 
 
 @pytest.mark.parametrize(
