@@ -56,6 +56,23 @@ def _result(editor, count=1):
     )
 
 
+def test_the_choice_of_a_speed_is_readable(open_editor):
+    editor = open_editor(SMALL, view={"width": 1280, "height": 800})
+    editor.tab("runs")
+    # The room of its words without padding and the arrow.
+    room = editor.page.get_by_label("Speed", exact=True).evaluate(
+        """(it) => {
+          const style = getComputedStyle(it);
+          const pen = document.createElement("canvas").getContext("2d");
+          pen.font = style.font;
+          return it.clientWidth - parseFloat(style.paddingLeft)
+            - parseFloat(style.paddingRight) - 16
+            - pen.measureText(it.selectedOptions[0].text).width;
+        }"""
+    )
+    assert room >= 0
+
+
 def test_an_unknown_behavior_is_a_fault_of_the_worker(open_with_worker):
     editor = open_with_worker(
         QUICK.replace("behavior: regular", "behavior: curios")
