@@ -6,21 +6,30 @@ import math
 import numpy as np
 from PIL import Image
 
-from hunav_drake.systems.common.layout import RADIUS, YAW, X, Y
+from hunav_drake.systems.common.layout import RADIUS, VX, VY, YAW, X, Y
 from hunav_drake.systems.scene.bounds import figure_of
-from hunav_drake.systems.scene.overlays.tags import bubble_text
+from hunav_drake.systems.scene.overlays.tags import (
+    activity_text,
+    bubble_text,
+    tag_text,
+)
 from hunav_drake.systems.scene.palette import REACTION, RECORDED, TOPS, accent
 from hunav_drake.systems.scene.plan_walls import draw_walls
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
+    STANDING_SPEED,
     WALKED_TIME,
     Overlay,
 )
+from hunav_drake.systems.world.solids import turned
 from hunav_drake.views.recorded_trial import RecordedTrial
 from hunav_drake.views.replay import view_bounds
 
 _DPI = 100
 _WALKED_STEP = 0.2
+
+# The arrowhead on a robot of radius 1.
+_HEAD = np.array([[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]])
 
 
 class PlanView:
@@ -67,19 +76,24 @@ class PlanView:
         if "walked" in self._shown:
             self._DrawWalked(time)
         reacts, follows = trial.Reacts(time), trial.Follows(time)
-        says = trial.Says(time)
+        says, words = trial.Says(time), trial.Activities(time)
         for i, row in enumerate(humans):
             if not math.isnan(row[X]):
                 color = REACTION if reacts[i] else RECORDED
                 sign = color.rgba if reacts[i] or follows[i] else None
-                self._DrawPerson(i, row, sign, says[i])
+                stands = math.hypot(row[VX], row[VY]) < STANDING_SPEED
+                does = activity_text(words[i], stands)
+                if reacts[i] and not words[i]:
+                    does = "reacts"
+                self._DrawPerson(i, row, sign, says[i], does)
         for k, (name, row) in enumerate(zip(trial.robots, robots, strict=True)):
-            self._DrawBody(row, accent(k).rgba, zorder=6)
+            self._DrawRobot(row, accent(k).rgba)
             if "names" in self._shown:
                 self._DrawName(row, figure_of(name))
         if "clock" in self._shown:
             style = {"transform": ax.transAxes, "va": "top", "fontsize": 13}
-            ax.text(0.015, 0.98, f"{time:.1f} s", zorder=9, **style)
+            board = {"fc": "white", "ec": "none", "alpha": 0.85, "pad": 3}
+            ax.text(0.015, 0.98, f"{time:.1f} s", zorder=9, bbox=board, **style)
         self._canvas.draw()
         return Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert(
             "RGB"
@@ -117,7 +131,12 @@ class PlanView:
             )
 
     def _DrawPerson(
-        self, i: int, row: np.ndarray, sign: Sequence[float] | None, says: str
+        self,
+        i: int,
+        row: np.ndarray,
+        sign: Sequence[float] | None,
+        says: str,
+        does: str,
     ) -> None:
         from matplotlib.patches import Circle
 
@@ -125,7 +144,7 @@ class PlanView:
         if sign is not None and "reactions" in self._shown:
             line = {"fill": False, "ec": sign, "lw": 2.5, "zorder": 5}
             self._ax.add_patch(Circle(place, row[RADIUS] + 0.08, **line))
-        self._DrawBody(row, TOPS[i % len(TOPS)].rgba, zorder=5)
+        self._DrawBody(row, TOPS[i % len(TOPS)].rgba)
         if "rings" in self._shown:
             line = {"fill": False, "ec": "0.6", "lw": 0.8, "ls": ":"}
             for radius in PROXEMIC_RADII:
@@ -135,15 +154,16 @@ class PlanView:
             lines.append(bubble_text(says))
         if "names" in self._shown:
             human = self._trial.humans[i]
-            lines.append(f"{human.name} \N{MIDDLE DOT} {human.behavior_name}")
+            lines.append(tag_text(human.name, human.behavior_name, does))
         if lines:
             self._DrawName(row, "\n".join(lines))
 
     def _DrawName(self, row: np.ndarray, text: str) -> None:
-        """Writes a text above a body."""
-        self._ax.annotate(
+        """Writes a text above a body, whole beside an edge."""
+        x, y = row[[X, Y]] + [0.0, row[RADIUS] + 0.1]
+        written = self._ax.annotate(
             text,
-            row[[X, Y]] + [0.0, row[RADIUS] + 0.1],
+            (x, y),
             ha="center",
             va="bottom",
             fontsize=8,
@@ -151,20 +171,35 @@ class PlanView:
             annotation_clip=True,
             zorder=8,
         )
+        box = written.get_window_extent(self._canvas.get_renderer())
+        width = self._canvas.get_width_height()[0]
+        outside = max(box.x1 - width, 0.0) + min(box.x0, 0.0)
+        x_min, x_max = self._limits[0]
+        written.set_x(x - outside * (x_max - x_min) / width)
 
-    def _DrawBody(
-        self, row: np.ndarray, color: Sequence[float], *, zorder: int
-    ) -> None:
-        """Draws a disc with its heading."""
+    def _DrawBody(self, row: np.ndarray, color: Sequence[float]) -> None:
+        """Draws a person's disc with its heading."""
         from matplotlib.patches import Circle
 
         place, radius = row[[X, Y]], row[RADIUS]
         self._ax.add_patch(
-            Circle(place, radius, fc=color, ec="0.15", lw=0.8, zorder=zorder)
+            Circle(place, radius, fc=color, ec="0.15", lw=0.8, zorder=5)
         )
         nose = place + radius * np.array(
             [math.cos(row[YAW]), math.sin(row[YAW])]
         )
         self._ax.plot(
-            *np.column_stack([place, nose]), color="0.1", lw=2, zorder=zorder
+            *np.column_stack([place, nose]), color="0.1", lw=2, zorder=5
         )
+
+    def _DrawRobot(self, row: np.ndarray, color: Sequence[float]) -> None:
+        """Draws a white disc with an arrowhead, as in other views."""
+        from matplotlib.patches import Circle, Polygon
+
+        place, radius = row[[X, Y]], row[RADIUS]
+        self._ax.add_patch(
+            Circle(place, radius, fc="white", ec=color, lw=2, zorder=6)
+        )
+        pose = (row[X], row[Y], row[YAW])
+        head = turned(radius * _HEAD, pose)
+        self._ax.add_patch(Polygon(head, fc=color, ec="none", zorder=6))

@@ -176,6 +176,27 @@ def test_tags_are_whole_beside_the_edges_of_a_picture(run):
     assert middle > 100
 
 
+def test_a_drawing_has_the_tags_of_other_views_and_a_robot_unlike_people(run):
+    trial = LoadRecordedTrial(run)
+    plan = PlanView(trial, ["names", "clock"], (640, 400))
+    plan.Draw(0.0)
+    texts = {it.get_text(): it for it in plan._ax.texts}
+    middle = " \N{MIDDLE DOT} "
+    assert {it.partition(middle)[0] for it in texts} == {
+        *(it.name for it in trial.humans),
+        *("robot", "0.0 s"),
+    }
+    assert not any("regular" in it for it in texts)
+    stands = [it for it in texts if it.endswith(f"{middle}stands")]
+    assert len(stands) == len(trial.humans)
+    for it in texts.values():
+        box = it.get_window_extent()
+        assert -1 <= box.x0 <= box.x1 <= 641
+    discs = [it for it in plan._ax.patches if hasattr(it, "radius")]
+    white = [it.get_facecolor()[:3] == (1.0, 1.0, 1.0) for it in discs]
+    assert white == [False] * len(trial.humans) + [True]
+
+
 def test_who_is_absent_is_not_drawn(run):
     trial = LoadRecordedTrial(run)
     humans = trial.recording.humans.copy()
