@@ -13,6 +13,7 @@ A run is recorded by the visualizer of the scene:
 
 import base64
 from collections.abc import Sequence
+from dataclasses import astuple
 import gzip
 from importlib.resources import files
 import itertools
@@ -69,6 +70,9 @@ _HEIGHT = 1.8
 
 # The visible margin around the places of people and robot, in meters.
 _AROUND = 2.5
+
+# Sides of the world that are nearer than this to them are visible, too, in m.
+_HARDLY = 1.5
 
 # The direction of the light relative to the camera: left, behind, above.
 LIGHT_FROM = (-0.45, -0.55, 1.0)
@@ -231,18 +235,20 @@ def view_bounds(
 ) -> Bounds:
     """Returns the visible part of a world: the area of people and robot.
 
-    It contains their starts and goals and a margin within the world; without
-    people and robot, it is the whole world.
+    It contains their starts and goals and a margin within the world, and its
+    walls where these are hardly farther; without people and robot, it is the
+    whole world.
     """
     whole = scene_bounds(world, humans, robot, margin=_MARGIN)
     if not humans and not by_name(robot):
         return whole
     part = scene_bounds(World(), humans, robot, margin=_AROUND)
+    sides = zip(astuple(whole), astuple(part), (1, 1, -1, -1), strict=True)
     return Bounds(
-        max(whole.x_min, part.x_min),
-        max(whole.y_min, part.y_min),
-        min(whole.x_max, part.x_max),
-        min(whole.y_max, part.y_max),
+        *(
+            outer if sign * (inner - outer) < _HARDLY else inner
+            for outer, inner, sign in sides
+        )
     )
 
 

@@ -1,4 +1,5 @@
 import base64
+import dataclasses
 import json
 from pathlib import Path
 import re
@@ -144,6 +145,21 @@ def test_the_view_shows_where_people_and_robot_will_be():
             assert bounds.y_min <= y <= bounds.y_max
     assert bounds.size[0] < 20.0
     assert mut.view_bounds(far).size[0] > 100.0
+
+
+def test_the_view_cuts_off_no_wall_that_is_hardly_beyond_it():
+    places = np.array([it.pose[:2] for it in HUMANS])
+    east = places[:, 0].max() + 40.0
+    person = dataclasses.replace(HUMANS[0], goals=[(east, 0.0)])
+    shown = [
+        mut.view_bounds(
+            World(walls=[Box(center=(east + away, 0.0), size=(0.2, 8.0))]),
+            [person],
+        ).x_max
+        > east + away
+        for away in (3.0, 9.0)
+    ]
+    assert shown == [True, False]
 
 
 def test_a_recording_has_ten_frames_per_second(meshcat):
