@@ -40,6 +40,9 @@ SINK_SIZE = 2
 # can be seen.
 REST = 1.0
 
+# The same of those who never come back.
+FOR_GOOD = 1e9
+
 # Goals nearer to each other than this are the same, in meters.
 _SAME = 1e-6
 
@@ -212,10 +215,9 @@ class Doors:
     ) -> None:
         """Lets in the parties at a source while there is a place."""
         while count[CAME] > count[ENTERED]:
-            turn = self._turn(after, source, int(count[TURN]))
-            if turn is None:
+            turn, party = self._turn(after, source, int(count[TURN]))
+            if not len(party):
                 return
-            party = np.array(source.parties[turn])
             stream = source.stream + int(count[ENTERED])
             draws = draw_uniform(
                 seed, [stream], Purpose.ARRIVAL_PLACE, len(source.places)
@@ -235,14 +237,21 @@ class Doors:
             count[TURN] = (turn + 1) % len(source.parties)
             count[PEOPLE] += len(party)
 
-    def _turn(self, after: Passage, source: Source, first: int) -> int | None:
-        """Returns the next party of which nobody is here, or None."""
+    def _turn(
+        self, after: Passage, source: Source, first: int
+    ) -> tuple[int, NDArray[np.intp]]:
+        """Returns the next party of which nobody is here, and its people.
+
+        Those who never come back are left out; there may be nobody.
+        """
         ready = is_outside(after.states) & (after.rests == 0.0)
         for k in range(len(source.parties)):
             turn = (first + k) % len(source.parties)
-            if ready[list(source.parties[turn])].all():
-                return turn
-        return None
+            party = np.array(source.parties[turn])
+            party = party[after.rests[party] < FOR_GOOD / 2]
+            if len(party) and ready[party].all():
+                return turn, party
+        return first, np.zeros(0, dtype=np.intp)
 
     def _free(
         self,

@@ -33,6 +33,7 @@ from hunav_drake.systems.crowd.bodies.standing import STANCE_SIZE
 from hunav_drake.systems.crowd.doors import (
     CAME,
     ENTERED,
+    FOR_GOOD,
     LEFT,
     PEOPLE,
     SINK_SIZE,
@@ -53,10 +54,6 @@ Array = NDArray[Any]
 # Farther away from others than this, in meters, people whose states are given
 # have no effect: the default forces are below 0.01 m/s^2 there.
 _FELT = 15.0
-
-
-# Who stays outside for this long, in seconds, never comes back.
-_FOR_GOOD = 1e9
 
 
 class TrafficCounts(NamedTuple):
@@ -266,7 +263,7 @@ class OpenCrowd(HumanCrowd):
         states[rows, : Y + 1] = OUTSIDE
         self.SetStates(context, states)
         rests = context.get_discrete_state(self._rests).CopyToVector()
-        rests[rows] = _FOR_GOOD
+        rests[rows] = FOR_GOOD
         context.SetDiscreteState(self._rests, rests)
 
     def CalcJacobian(self, context: Context) -> Any:

@@ -445,3 +445,14 @@ def test_a_tuple_of_people_is_taken_out_as_a_list(rows_out):
     assert [*np.flatnonzero(is_outside(found))] == [*rows_out]
     left = [i for i in range(3) if i not in rows_out]
     np.testing.assert_array_equal(found[left, 0], 2.0 * np.array(left))
+
+
+def test_of_a_group_whose_member_was_taken_out_the_others_come():
+    dut, context = make(*drawn(group_sizes=[0, 1]))
+    n = len(rows(dut, context))
+    dut.TakeOut(context, [0, 2, 3])
+    came = np.zeros(n, dtype=bool)
+    for _ in range(600):
+        advance(dut, context, STEP)
+        came |= ~is_outside(rows(dut, context))
+    assert came.tolist() == [i not in (0, 2, 3) for i in range(n)]
