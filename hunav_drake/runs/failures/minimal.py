@@ -21,21 +21,22 @@ class Shrinking(NamedTuple):
 
     Attributes:
         data: Its scenario as plain data.
-        places: The places of the values that the search has found.
+        ranges: The ranges of the numbers that the search has found, by their
+            places.
         failing: How it fails.
     """
 
     data: dict[str, Any]
-    places: list[Loc]
+    ranges: dict[Loc, list[float]]
     failing: Failing
 
 
 def shrink(scene: Shrinking) -> Generator[dict[str, Any], Failing, Shrinking]:
     """Makes a scene minimal, as long as it fails.
 
-    People are left out one by one; behaviors become the default one; the values
-    that the search has found get 1, 2 or 3 decimals; and the trial ends 2 s
-    after the failure.
+    People are left out one by one; behaviors become the default one; the
+    numbers that the search has found get 1, 2 or 3 decimals, within their
+    ranges; and the trial ends 2 s after the failure.
 
     Yields:
         The data of a scene to try; it is sent how near that is to a failure.
@@ -49,8 +50,12 @@ def shrink(scene: Shrinking) -> Generator[dict[str, Any], Failing, Shrinking]:
         del data["humans"][i]
         failing = yield data
         if failing.robustness < 0:
-            places = [_without(loc, i) for loc in scene.places]
-            scene = Shrinking(data, [it for it in places if it], failing)
+            ranges = {
+                left: ends
+                for loc, ends in scene.ranges.items()
+                if (left := _without(loc, i))
+            }
+            scene = Shrinking(data, ranges, failing)
         else:
             i += 1
     for i, human in enumerate(scene.data.get("humans", [])):
@@ -92,11 +97,12 @@ def _without(loc: Loc, person: int) -> Loc:
 
 def _rounded(scene: Shrinking, decimals: int) -> dict[str, Any]:
     data = copy.deepcopy(scene.data)
-    for *outer, last in scene.places:
+    for (*outer, last), (low, high) in scene.ranges.items():
         part: Any = data
         for step in outer:
             part = child(part, step)
         value = child(part, last)
         if isinstance(value, float):
-            part[last] = round(value, decimals)
+            rounded = round(value, decimals)
+            part[last] = float(min(max(rounded, low), high))
     return data

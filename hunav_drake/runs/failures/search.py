@@ -204,12 +204,16 @@ def _base(space: SearchSpace, planner: Any, places: Places) -> dict[str, Any]:
 
 
 def _with_values(
-    base: dict[str, Any], values: dict[str, Any]
-) -> tuple[dict[str, Any], list[Loc]]:
-    """Returns the data of a scene, and the places of its values."""
+    space: SearchSpace, base: dict[str, Any], values: dict[str, Any]
+) -> tuple[dict[str, Any], dict[Loc, list[float]]]:
+    """Returns the data of a scene, and the ranges of its numbers by place."""
     data = copy.deepcopy(base)
-    locs, _ = apply_overrides(data, override_texts(values))
-    return data, [*locs]
+    ranges: dict[Loc, list[float]] = {}
+    for path, value in values.items():
+        locs, _ = apply_overrides(data, override_texts({path: value}))
+        if isinstance(space.space[path], list):
+            ranges |= dict.fromkeys(locs, space.space[path])
+    return data, ranges
 
 
 def _try(
@@ -223,7 +227,7 @@ def _try(
     """Runs scenes, adds them to those tried, and returns their robustness."""
     values = [space.values(point) for point in points]
     scenarios = [
-        built_scene(_with_values(base, it)[0], space.require.start_gap)
+        built_scene(_with_values(space, base, it)[0], space.require.start_gap)
         for it in values
     ]
     outcomes = _run_scenes(runs, scenarios, space.robustness, budget)
@@ -392,7 +396,9 @@ def _minimal(
     worst = [members[0] for members in kinds.values()][:_KEPT]
     chains = [
         shrink(
-            Shrinking(*_with_values(base, tried[i].values), tried[i].failing)
+            Shrinking(
+                *_with_values(space, base, tried[i].values), tried[i].failing
+            )
         )
         for i in worst
     ]

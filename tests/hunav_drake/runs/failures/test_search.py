@@ -29,7 +29,13 @@ from hunav_drake.runs.failures.scene_runs import (
     recording_sha256,
     scene_cell,
 )
-from hunav_drake.runs.failures.search import _SEARCHES, _descend, _run_search
+from hunav_drake.runs.failures.search import (
+    _SEARCHES,
+    _descend,
+    _run_search,
+    _with_values,
+)
+from hunav_drake.runs.failures.space import SearchSpace
 from hunav_drake.systems.evaluation.robustness import Failing, robustness_of
 from tests.hunav_drake.runs.failures.scenes import SCENE, SPACE, write_space
 from tests.processes import dask_client
@@ -392,8 +398,9 @@ def test_a_chain_keeps_only_what_still_fails():
     other = {"name": "bob", "pose": [5.0, 5.0, 0.0]}
     data = {"humans": [other, person], "simulation": {"duration": 60.0}}
     places = [("humans", 1, "pose", 0), ("humans", 0, "pose", 1)]
+    ranges = {place: [0.0, 9.0] for place in places}
     failing = Failing(-0.1, 4.0, 1, 0.0, 1.0)
-    chain = shrink(Shrinking(data, places, failing))
+    chain = shrink(Shrinking(data, ranges, failing))
     trial = next(chain)
     while True:
         names = [it["name"] for it in trial["humans"]]
@@ -407,7 +414,28 @@ def test_a_chain_keeps_only_what_still_fails():
     (left,) = end.data["humans"]
     assert left == {"name": "eva", "pose": [1.23, 2.0, 0.0]}
     assert end.data["simulation"]["duration"] == 6.0
-    assert end.places == [("humans", 0, "pose", 0)]
+    assert [*end.ranges] == [("humans", 0, "pose", 0)]
+
+
+def test_minimal_scenes_stay_in_the_space():
+    space = SearchSpace(
+        scenario="crossing",
+        space={
+            "robot.radius": [0.16, 0.34],
+            "robot.max_speed": [0.84, 2],
+            "crowd.decisions.sigma_heading": {"choices": [0.05, 0.15]},
+        },
+    )
+    values = {
+        "robot.radius": 0.256789,
+        "robot.max_speed": 0.844321,
+        "crowd.decisions.sigma_heading": 0.15,
+    }
+    failing = Failing(-0.1, 4.0, -1, math.nan, math.nan)
+    chain = shrink(Shrinking(*_with_values(space, {}, values), failing))
+    scene = next(chain)
+    assert scene["robot"] == {"radius": 0.3, "max_speed": 0.84}
+    assert scene["crowd"]["decisions"]["sigma_heading"] == 0.15
 
 
 @pytest.mark.parametrize(
