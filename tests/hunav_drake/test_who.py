@@ -113,6 +113,7 @@ def test_mistakes_are_told():
     for words, wrong in (
         ("method: there is no", {"method": "guess"}),
         ("permutations must be at least 1", {"permutations": 0}),
+        ("permutations=9 has no effect without", {"permutations": 9}),
         ("until must be a time", {"until": 0.0}),
     ):
         with pytest.raises(ValueError, match=words):

@@ -80,6 +80,11 @@ def WhoDelayedWhom(
     check_choice("method", method, get_args(Method))
     if permutations is not None and permutations < 1:
         raise ValueError(f"permutations must be at least 1, got {permutations}")
+    if permutations is not None and method != "shapley":
+        raise ValueError(
+            f"permutations={permutations} has no effect without"
+            " method='shapley'; add it, or leave permutations out"
+        )
     fork = Fork(scenario, diagram, context, until=until, goal=goal)
     robots = [name or ONLY_ROBOT for name in fork.robots]
     people = list(fork.names)
