@@ -128,6 +128,15 @@ def Falsify(
     places = Places()
     if not isinstance(space, SearchSpace):
         space, places = read_space(space)
+    ranges = [
+        i for i, it in enumerate(space.space.values()) if isinstance(it, list)
+    ]
+    if polish and not 0 < len(ranges) <= polish:
+        raise ValueError(
+            f"polish={polish} has no effect: a gradient needs ranges of numbers"
+            f" [low, high], here {len(ranges)}, and at least as many scenes;"
+            " change it, or leave it out"
+        )
     label, keys = planner_overrides(planner) if planner else ("", {})
     base = _base(space, keys, places)
     about = {
@@ -144,11 +153,6 @@ def Falsify(
         points, values = _run_search(search, try_all)
         worst = int(np.argmin(values))
         if polish and math.isfinite(values[worst]):
-            ranges = [
-                i
-                for i, it in enumerate(space.space.values())
-                if isinstance(it, list)
-            ]
             descent = _descend(points[worst], values[worst], ranges, polish)
             _run_search(descent, try_all)
         scenes = _minimal(runs, space, base, tried, total)

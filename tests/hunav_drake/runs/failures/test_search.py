@@ -196,6 +196,13 @@ def test_a_descent_finds_the_lowest_point_of_a_bowl():
     assert (np.array(tried) <= 1).all()
 
 
+def test_a_space_of_choices_is_not_polished():
+    choices = {"robot.radius": {"choices": [0.2, 0.3]}}
+    space = SearchSpace(scenario="crossing", space=choices)
+    with pytest.raises(ValueError, match=r"polish=5 has no effect: .* here 0"):
+        Falsify(space, budget=5, polish=5)
+
+
 def test_a_descent_ends_where_it_is_level():
     descent = _descend(np.array([0.5, 0.5]), 1.0, [0, 1], 60)
     # (One of them is no valid scene.)
@@ -343,6 +350,7 @@ def test_faults_of_the_file_have_their_line(tmp_path, change, words):
         ({"method": "cmaes"}, "method: there is no 'cmaes'; did you mean"),
         ({"budget": 0}, "budget must be"),
         ({"polish": -1}, "polish must be"),
+        ({"polish": 2}, r"polish=2 has no effect: .* here 3"),
         ({"seed": -1}, "seed must be"),
     ],
 )
