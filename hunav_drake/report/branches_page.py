@@ -24,6 +24,7 @@ from hunav_drake.report.tables import (
 from hunav_drake.trial.branches.future import QUANTITIES
 from hunav_drake.trial.branches.run import SAME, Branches
 from hunav_drake.trial.metric_facts import headline_of, unit_of
+from hunav_drake.trial.quantity_text import label_text
 
 _HEADS = {
     "time": "extra time (s)",
@@ -101,7 +102,8 @@ def _people(branches: Branches) -> list[Table]:
             base = number(by.loc[branches.reference, "value"], unit)
             rows.append([str(person), base, *cells])
         head = ["person", branches.reference, *(f"{it}, extra" for it in names)]
-        caption = f"{quantity.replace('_', ' ')} until the arrival ({unit})"
+        name = f"{quantity.replace('_', ' ')} until the arrival"
+        caption = label_text(name, unit)
         numbers = range(1, len(head))
         found.append(Table(head, {"": rows}, numbers, caption))
     return found

@@ -168,4 +168,4 @@ def number(value: float, unit: str = "", *, scale: float = 0.0) -> str:
 def signed(value: float, unit: str = "") -> str:
     """Returns the text of a difference, with its sign: see `number`."""
     text = number(float(value), unit)
-    return f"+{text}" if value > 0 else text
+    return f"+{text}" if value > 0 and text != "0" else text

@@ -37,6 +37,7 @@ def test_branch_writes_all_files(hunav, tmp_path):
     assert len(runs) == len(names) - 1
     page = (tmp_path / "branches.html").read_text()
     assert page.count("<svg") == 2
+    assert "social work until the arrival (m\N{SUPERSCRIPT TWO}/s" in page
     for name in names:
         assert name in page
     # The summary has the sums and the largest of the table.
@@ -49,6 +50,10 @@ def test_branch_writes_all_files(hunav, tmp_path):
     worst = late.loc[late["difference"].idxmax()]
     told = f"that of {worst['person']} in {worst['branch']}:"
     assert f"{told} {signed(round(worst['difference'], 3), 's')} s." in page
+
+
+def test_differences_by_rounding_have_no_sign():
+    assert [signed(it, "m") for it in (1e-9, -1e-9, 0.0)] == ["0"] * 3
 
 
 def test_branch_goes_on_from_a_file(hunav, tmp_path):
