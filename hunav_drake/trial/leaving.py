@@ -32,14 +32,18 @@ def robot_part(scenario: Scenario, name: str = "") -> tuple[int, RobotPart]:
     return index, parts[index]
 
 
+def _called(part: RobotPart) -> str:
+    return f"the robot {part.name}".rstrip()
+
+
 def why_nobody_leaves(scenario: Scenario) -> str:
     """Returns why nobody can be left out of a trial; empty if they can."""
     for part in robot_parts(scenario):
         if part.scenario.robot.physical:
             return (
-                f"nobody can be left out: the {part.name or ONLY_ROBOT} is"
-                " physical, and needs people who are there from the start to"
-                " the end; take robot.type=differential_drive"
+                f"nobody can be left out: {_called(part)} is physical, and"
+                " needs people who are there from the start to the end; take"
+                " robot.type=differential_drive"
             )
     return ""
 
@@ -143,11 +147,11 @@ def _Move(
         instead = (
             "do not ask for the growth of differences"
             if how == "Shift"
-            else "let it stand, and compare with the branch 'same' (--reference"
-            " same)"
+            else "let it brake and stand, and compare with the branch 'same'"
+            " (--reference same)"
         )
         raise ValueError(
-            f"the {part.name or ONLY_ROBOT} cannot be moved at once: it is"
+            f"{_called(part)} cannot be moved at once: it is"
             f" physical, or its system lacks {how}(context, ...); {instead}, or"
             " take robot.type=differential_drive"
         )
@@ -177,7 +181,7 @@ def SetRobotCommand(
     planner: System = diagram.GetSubsystemByName(f"{part.prefix}planner")
     if not hasattr(planner, "SetCommand"):
         raise ValueError(
-            f"the planner of the {part.name or ONLY_ROBOT} takes no command;"
+            f"the planner of {_called(part)} takes no command;"
             " take the planner external"
         )
     planner.SetCommand(planner.GetMyMutableContextFromRoot(context), command)

@@ -31,6 +31,7 @@ from hunav_drake.report.summary import branches_summary
 from hunav_drake.systems.common.layout import OUTSIDE, VX, X, Y
 from hunav_drake.trial.branches.kinds import Branch, RobotShifted
 from hunav_drake.trial.branches.run import SAME, Fork, growth_text
+from hunav_drake.trial.leaving import why_nobody_leaves
 from tests.planners import NAMES, planner_override
 
 FAST = [
@@ -693,3 +694,10 @@ def test_a_robot_is_as_far_aside_as_told():
     moved = port.Eval(context) - before
     assert np.hypot(*moved[:2]) == pytest.approx(0.01)
     assert not moved[2:].any()
+
+
+def test_one_of_several_robots_is_named_in_errors():
+    change = "robots[1].robot.type=pmb2"
+    scenario = LoadScenario(filename="three_robots", overrides=[change])
+    told = why_nobody_leaves(scenario)
+    assert told.startswith("nobody can be left out: the robot south is physic")
