@@ -209,7 +209,10 @@ def _who(options: argparse.Namespace) -> int:
     print("By how much the person of a column arrives later because of whom")
     print(f"the row names, in seconds.\n\n{_text(table)}\n\n{how}")
     if table.isna().all().any():
-        print("No value: the person does not arrive by then; see --until.")
+        print(
+            "No value: the person has no such goal (--goal), or does not arrive"
+            " there by then (--until)."
+        )
     if options.out is not None:
         path = options.out / "who.csv"
         with output_errors(options.out):

@@ -100,6 +100,12 @@ def test_who_prints_the_matrix(hunav, tmp_path):
     assert "adds up" in out
 
 
+def test_who_has_no_values_for_goals_that_nobody_has(hunav):
+    code, out, _ = hunav("who", "passing", "--until", "0.1", "--goal", "1")
+    assert code == 0
+    assert "No value: the person has no such goal (--goal), or does" in out
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
