@@ -96,10 +96,14 @@ def EstimateFailureProbability(
         OSError: If the folder cannot be written, or is in use.
     """
     robustness_of(robustness)
-    if not relative_half_width > 0 or not 0 < confidence < 1 or budget < 1:
+    if not relative_half_width > 0 or not 0 < confidence < 1:
         raise ValueError(
-            "relative_half_width and budget must be positive, and confidence in"
-            f" (0, 1), got {relative_half_width}, {budget}, {confidence}"
+            "relative_half_width must be positive, and confidence in (0, 1),"
+            f" got {relative_half_width}, {confidence}"
+        )
+    if not isinstance(budget, int) or budget < 1:
+        raise ValueError(
+            f"budget must be a positive whole number, got {budget!r}"
         )
     cell = scene_cell(CheckScenario(scenario), robustness, setting="risk")
     check_draws(scenario, cell)

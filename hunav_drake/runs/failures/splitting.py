@@ -184,10 +184,12 @@ def SplitFailureProbability(
         OSError: If the folder cannot be written, or is in use.
     """
     robustness_of(robustness)
-    if particles < 2 or repeats < 1 or budget < 1:
+    numbers = particles, repeats, budget
+    whole = all(isinstance(it, int) for it in numbers)
+    if not whole or particles < 2 or repeats < 1 or budget < 1:
         raise ValueError(
-            "particles must be at least 2, repeats and budget positive, got"
-            f" {particles}, {repeats}, {budget}"
+            "particles, repeats and budget must be whole numbers, particles at"
+            f" least 2 and the others positive, got {numbers}"
         )
     check_seed(seed)
     scenario = CheckScenario(scenario)

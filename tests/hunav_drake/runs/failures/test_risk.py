@@ -88,6 +88,7 @@ def test_seeds_that_give_equal_trials_are_refused():
     [
         ({"robustness": "colision"}, "collision"),
         ({"budget": 0}, "budget"),
+        ({"budget": 1e3}, "budget must be a positive whole number, got 1000.0"),
         ({"confidence": 1.0}, "confidence"),
         ({"relative_half_width": math.nan}, "relative_half_width"),
     ],

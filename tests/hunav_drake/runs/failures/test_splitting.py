@@ -219,6 +219,7 @@ def test_without_people_nothing_is_drawn():
         ({"robustness": "colision"}, "collision"),
         ({"particles": 1}, "particles"),
         ({"repeats": 0}, "repeats"),
+        ({"particles": 40.0}, "whole numbers"),
         ({"seed": -1}, "seed"),
     ],
 )
