@@ -72,11 +72,7 @@ ALLOWED = {
 
 # The kernels of OpenBLAS that CI looks at, and what they need. (Its wheels have
 # no Zen of their own, but take Haswell.)
-KERNELS = {
-    "Sandybridge": "avx",
-    "Haswell": "avx2",
-    "SkylakeX": "avx512vl",
-}
+KERNELS = {"Sandybridge": "avx", "Haswell": "avx2", "SkylakeX": "avx512vl"}
 
 
 def blas_calls(text):

@@ -3,7 +3,6 @@
 from functools import lru_cache
 import io
 
-import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
