@@ -95,9 +95,9 @@ class SfmPlanner(NavigationPlanner):
         left = math.hypot(
             local.goal[0] - view.robot[X], local.goal[1] - view.robot[Y]
         )
+        fastest = min(self.desired_speed, task.limits.max_speed)
         speed = self.desired_speed * min(1.0, left / self.slow_distance)
-        speed = max(min(speed, task.limits.max_speed), 0.1)
-        speed = min(speed, left / reaction)
+        speed = min(max(speed, 0.1), fastest, left / reaction)
         force = robot_force(
             *(np.ascontiguousarray(view.robot), np.array([x, y, speed])),
             *(bodies(task, view), task.obstacles.table),

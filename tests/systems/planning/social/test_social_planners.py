@@ -220,3 +220,11 @@ def test_pushed_back_it_faces_its_way(side):
     assert omega > 0.5
     human[0, 0] = 30.0
     assert command((0.6, 0.0))[0] > 0.1
+
+
+def test_a_robot_by_forces_never_exceeds_a_low_desired_speed():
+    options = ["planner={type: sfm, desired_speed: 0.04}"]
+    options += ["simulation.duration=2.0"]
+    recording = RunTrial(LoadScenario("passing", overrides=options)).recording
+    speeds = np.hypot(*recording.robot[:, 3:5].T)
+    assert 0.03 < speeds.max() <= 0.04 + 1e-12
