@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context, Diagram, InputPort, System
 from hunav_drake.scenario.fleet import robot_parts
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.suggest import shown
+from hunav_drake.systems.people.profile import complete_people
 from hunav_drake.systems.sensing.sensor_config import name_sensors
 from hunav_drake.trial.context_layout import (
     Storable,
@@ -117,10 +118,15 @@ def TransferContext(
 def _given(diagram: Diagram) -> dict[str, Any]:
     """Returns the parts of a scenario whose state is transferred."""
     scenario = diagram.scenario
+    # (What the profile gives people, as their weights, is in the Context.)
+    people = complete_people(diagram.humans, scenario.crowd.profile)
     return {
         "humans": plain(scenario.humans),
         "population": plain(scenario.population),
         "drawn": plain(diagram.humans[len(scenario.humans) :]),
+        "people by crowd.profile": [
+            {"cyclic": it.cyclic, "forces": plain(it.forces)} for it in people
+        ],
         **{
             f"robot {it.name}".strip(): plain(it.scenario.robot)
             for it in robot_parts(scenario)

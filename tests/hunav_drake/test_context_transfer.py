@@ -179,6 +179,17 @@ def test_people_whom_other_walls_draw_elsewhere_are_refused():
         TransferContext(alone, context, beside)
 
 
+def test_people_with_the_weights_of_another_profile_are_refused():
+    """Their weights are in the Context, and would stay the old ones."""
+    mine = MakeTrialDiagram(scenario("doorway", "crowd={}"))
+    other = scenario("doorway", "crowd={profile: hunav_drake_0.1}")
+    match = r"^people by crowd\.profile\[0\]\.forces\.social_factor: it was 90"
+    with pytest.raises(ValueError, match=match):
+        TransferContext(
+            mine, mine.CreateDefaultContext(), MakeTrialDiagram(other)
+        )
+
+
 @pytest.mark.parametrize(
     "change",
     [
