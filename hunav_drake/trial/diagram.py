@@ -207,6 +207,7 @@ def MakeTrialDiagram(
             planner.velocity_command,
             part.scenario.robot.command_delay,
             full.simulation.time_step,
+            from_zero=True,
         )
         builder.Connect(command, robot.velocity_command)
         ConnectByName(builder, {**given, **around.bodies}, robot.systems[0])

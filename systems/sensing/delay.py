@@ -38,8 +38,18 @@ class Delay(LeafSystem):
     the oldest one, or -1 before the first update.
     """
 
-    def __init__(self, size: int, delay: float, *, time_step: float) -> None:
+    def __init__(
+        self,
+        size: int,
+        delay: float,
+        *,
+        time_step: float,
+        from_zero: bool = False,
+    ) -> None:
         """Constructs a Delay of vectors of a size, by `delay` seconds.
+
+        If `from_zero`, the values before the first one are zeros instead, as
+        for commands.
 
         Raises:
             ValueError: If the delay is not a positive multiple of the step.
@@ -48,7 +58,7 @@ class Delay(LeafSystem):
         self._shape = (count_steps(delay, time_step), size)
         self._u = self.DeclareVectorInputPort("u", size)
         self._rows = self.DeclareDiscreteState(self._shape[0] * size)
-        self._oldest = self.DeclareDiscreteState([-1.0])
+        self._oldest = self.DeclareDiscreteState([0.0 if from_zero else -1.0])
         self.DeclareVectorOutputPort("delayed_u", size, self._CalcDelayed)
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
@@ -82,11 +92,13 @@ def AddDelay(
     port: OutputPort,
     delay: float,
     time_step: float,
+    *,
+    from_zero: bool = False,
 ) -> OutputPort:
     """Returns a port, delayed by a system `name`; itself if not delayed."""
     if not (delay and port.size()):
         return port
-    system = Delay(port.size(), delay, time_step=time_step)
+    system = Delay(port.size(), delay, time_step=time_step, from_zero=from_zero)
     builder.AddNamedSystem(name, system)
     builder.Connect(port, system.get_input_port())
     return system.get_output_port()

@@ -15,6 +15,7 @@ from hunav_drake import (
     RunTrial,
     SaveContext,
     ScenarioError,
+    SetRobotCommand,
     SetTrialSeed,
     TransferContext,
 )
@@ -208,6 +209,22 @@ def test_a_robot_obeys_later_by_the_delay_of_commands(time_step):
     k = round(0.2 / time_step)
     np.testing.assert_array_equal(late[k:], now[:-k])
     np.testing.assert_array_equal(late[:k], [now[0]] * k)
+
+
+def test_the_first_command_is_late_too():
+    """One that is set before the first step, with no planner's rest before."""
+    options = ["simulation.time_step=0.1", "robot.command_delay=0.3"]
+    scenario = noisy(*options, planner="external", parameters="period: 0.1")
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    SetRobotCommand(diagram, simulator.get_mutable_context(), [1.0, 0.0])
+    robot = diagram.GetOutputPort("robot_state")
+    speeds = []
+    for step in range(1, 6):
+        simulator.AdvanceTo(0.1 * step)
+        row = robot.Eval(simulator.get_context())
+        speeds.append(float(np.hypot(*row[3:5])))
+    np.testing.assert_allclose(speeds, [0, 0, 0, 0.1, 0.2], atol=1e-9)
 
 
 def test_the_evaluation_takes_the_true_pose():
