@@ -245,7 +245,9 @@ class SfwPlanner(NavigationPlanner):
             ):
                 return Control(0.0, 0.0, memory.anew())
             turn = min(
-                self.min_in_place_rot_vel, abs(error) / self.reaction_time(task)
+                self.min_in_place_rot_vel,
+                self.max_rot_vel,
+                abs(error) / self.reaction_time(task),
             )
             return Control(0.0, math.copysign(turn, error), memory.anew())
         if not memory.cycles or math.hypot(memory.x - x, memory.y - y) > _SPOT:
@@ -316,10 +318,10 @@ def _towards(
     """
     x, y, yaw = view.robot[: YAW + 1].tolist()
     low, high = planner.min_trans_vel, planner.max_trans_vel
-    v = low + (high - low) * left / planner.slow_distance
+    v = min(low + (high - low) * left / planner.slow_distance, high)
     bearing = wrap_angle(math.atan2(carrot[1] - y, carrot[0] - x) - yaw)
     slow, fast = planner.min_rot_vel, planner.max_rot_vel
-    rate = slow + (fast - slow) * abs(bearing) / math.pi
+    rate = min(slow + (fast - slow) * abs(bearing) / math.pi, fast)
     most = task.limits.max_turn_rate
     if 2 * v * math.sin(abs(bearing)) > left * most:
         turn = abs(bearing) / planner.reaction_time(task)

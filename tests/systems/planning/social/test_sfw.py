@@ -244,3 +244,15 @@ def test_it_cruises_at_the_speed_of_the_paper():
     v = np.hypot(*result.recording.robot[:, 3:5].T)
     assert np.median(v) == pytest.approx(0.60, rel=0.03)
     assert result.end_time == pytest.approx(26.3, rel=0.03)
+
+
+def test_near_its_goal_it_keeps_maxima_below_the_minima_there():
+    planner = "{type: sfw, max_trans_vel: 0.05, max_rot_vel: 0.3}"
+    options = [f"planner={planner}", "humans=[]", "simulation.duration=3.0"]
+    options += ["robot.start=[0, 0, 1.5]", "robot.goal=[0.4, 0, 0]"]
+    turning = [*options[:3], "robot.start=[0, 0, 1.5]", "robot.goal=[0, 0, 0]"]
+    for overrides in (options, turning):
+        scenario = LoadScenario("passing", overrides=overrides)
+        robot = RunTrial(scenario).recording.robot
+        assert np.hypot(*robot[:, 3:5].T).max() <= 0.05 + 1e-12
+        assert 0.29 < abs(robot[:, 5]).max() <= 0.3 + 1e-12
