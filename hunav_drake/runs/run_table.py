@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import copy
 import math
 from pathlib import Path
+import re
 from typing import Any, overload
 
 import numpy as np
@@ -72,6 +73,8 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
         return table.frame(by_behavior=by_behavior)
     try:
         columns = pd.read_csv(path, nrows=0, compression=None).columns
+        if len(columns) == 1 and re.search("[;\t]", columns[0]):
+            raise ValueError("its columns must be separated by commas")
         missing = {c: _MISSING for c in columns if c not in _TEXTS}
         return pd.read_csv(
             path,
@@ -81,7 +84,9 @@ def ReadRuns(path: str | Path, *, by_behavior: bool = False) -> pd.DataFrame:
             na_values=missing,
         )
     except ValueError as error:
-        raise ValueError(f"{path}: is not a table of runs: {error}") from error
+        raise ValueError(
+            f"{path}: is not a table of runs: {str(error).strip()}"
+        ) from error
 
 
 def tabulate_runs(

@@ -116,7 +116,7 @@ def summarize(
         by = ("scenario", "planner", *(["setting"] * has_settings(runs)))
     by = _listed(by)
     _check_confidence(confidence)
-    bare = _bare(runs)
+    bare = with_numbers(_bare(runs), metrics)
     names = _metric_columns(bare, by, metrics)
     known_rates = _listed(rates)
     found = [name for name in names if {name, base_name(name)} & {*known_rates}]
@@ -313,7 +313,7 @@ def _values(
         The kind of runs, the metric, the values of both sides, and whether
         they are those of pairs in which both arrive.
     """
-    runs = _bare(runs)
+    runs = with_numbers(_bare(runs), metrics)
     names = _metric_columns(runs, [*by, *pair, on], metrics)
     goals = arrival_rates(runs)
     columns = list(dict.fromkeys([*names, *goals]))
@@ -437,6 +437,37 @@ def check_columns(runs: pd.DataFrame, names: Iterable[Hashable]) -> None:
                 f"the table of runs has no column {shown(name)};"
                 f" {suggestion(str(name), list(map(str, runs.columns)))}"
             )
+
+
+def with_numbers(runs: pd.DataFrame, metrics: Names | None) -> pd.DataFrame:
+    """Returns a table whose columns of metrics hold numbers.
+
+    (A single cell of text makes texts of a whole column of a CSV file.)
+
+    Args:
+        runs: A row per run.
+        metrics: The columns of the metrics, besides the rates of arrival; by
+            default all metrics that are known.
+
+    Raises:
+        ValueError: If a cell is neither a number nor empty.
+    """
+    if metrics is None:
+        metrics = [it for it in map(str, runs) if base_name(it) in METRICS]
+    columns = {}
+    for name in dict.fromkeys([*_listed(metrics), *arrival_rates(runs)]):
+        if name in runs and not pd.api.types.is_numeric_dtype(runs[name]):
+            numbers = pd.to_numeric(runs[name], errors="coerce")
+            told = runs[name].notna() & (runs[name] != "")
+            bad = (numbers.isna() & told).to_numpy()
+            if bad.any():
+                row = int(bad.argmax())
+                raise ValueError(
+                    f"row {row + 1} of the runs: {shown(name)} must be a"
+                    f" number, or empty, got {shown(str(runs[name].iloc[row]))}"
+                )
+            columns[name] = numbers.astype(float)
+    return runs.assign(**columns)
 
 
 def _metric_columns(

@@ -31,6 +31,7 @@ from hunav_drake.runs.statistics import (
     differences,
     is_rate,
     summarize,
+    with_numbers,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.suggest import shown as quoted
@@ -275,7 +276,7 @@ def _prepared(
 ) -> tuple[pd.DataFrame, str, str]:
     """Returns the table of runs, the metric, and the column to compare."""
     table = runs if isinstance(runs, pd.DataFrame) else tabulate_runs(runs)
-    table = with_names(table)
+    table = with_numbers(with_names(table), metric)
     if metric is None:
         metric = default_metric(table)
     if "scenario" not in table:
@@ -286,7 +287,7 @@ def _prepared(
         by = "contender"
         if by in table and table["scenario"].nunique() > 1:
             by = "place"
-            places = table["contender"] + ", " + table["scenario"]
+            places = table["contender"] + ", " + table["scenario"].astype(str)
             table = table.assign(place=places)
     if "contender" not in table:
         by = "planner" if by == "contender" else by

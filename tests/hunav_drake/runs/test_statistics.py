@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from hunav_drake import plot_distribution
 from hunav_drake.runs.intervals import (
     LEAST_DRAWN,
     bootstrap_interval,
@@ -360,6 +361,40 @@ def test_runs_are_read_from_a_table(tmp_path):
         ReadRuns(path)
     with pytest.raises(FileNotFoundError):
         ReadRuns(tmp_path / "nothing.csv")
+
+
+def test_a_text_among_numbers_is_an_error_of_its_row():
+    runs = make_runs()
+    runs["path_length"] = runs["path_length"].astype(object)
+    whole = summarize(runs, metrics="path_length")
+    pd.testing.assert_frame_equal(
+        whole, summarize(make_runs(), metrics="path_length")
+    )
+    assert "path_length" in summarize(runs).index.get_level_values("metric")
+    runs.loc[2, "path_length"] = "#DIV/0!"
+    rule = "row 3 of the runs: 'path_length' must be a number, or empty, got"
+    for call in (
+        lambda: summarize(runs),
+        lambda: compare(runs, "fast", "slow", metrics="path_length"),
+        lambda: plot_distribution(runs, "path_length"),
+    ):
+        with pytest.raises(ValueError, match=f"{rule} '#DIV/0!'"):
+            call()
+
+
+def test_scenarios_may_be_categories_in_plots():
+    runs = make_runs()
+    runs["scenario"] = runs["scenario"].astype("category")
+    ax = plot_distribution(runs, "path_length")
+    assert len(ax.get_lines()) == 4
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_table_needs_commas(tmp_path, separator):
+    path = tmp_path / "runs.csv"
+    make_runs().to_csv(path, index=False, sep=separator)
+    with pytest.raises(ValueError, match="columns must be separated by commas"):
+        ReadRuns(path)
 
 
 def test_texts_that_look_like_numbers_stay_texts(tmp_path):
