@@ -12,6 +12,7 @@ from hunav_drake.report.plots.style import (
     new_axes,
     note,
     shown,
+    shown_apart,
 )
 from hunav_drake.systems.scene.overlays.reactions import who_reacts
 
@@ -62,7 +63,7 @@ def plot_behavior_activity(data: Run, *, ax: Axes | None = None) -> Axes:
     if not n:
         note(ax, "there are no people")
     ax.set(xlabel="time (s)")
-    label_rows(ax, [shown(name) for name in run.human_names])
+    label_rows(ax, shown_apart(run.human_names))
     if len(run) > 1:
         ax.set_xlim(run.times[0], run.times[-1])
     legend_outside(ax, columns=4)

@@ -10,7 +10,7 @@ from hunav_drake.report.plots.style import (
     legend_outside,
     line_styles,
     new_axes,
-    shown,
+    shown_apart,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import X, Y
@@ -29,14 +29,15 @@ def plot_branches(branches: Branches, *, ax: Axes | None = None) -> Axes:
     recording = branches[SAME].recording
     draw_walls(ax, recording.obstacles)
     styles = line_styles(len(branches.futures))
-    for k, (name, future) in enumerate(branches.futures.items()):
+    labels = shown_apart(branches.futures)
+    for k, future in enumerate(branches.futures.values()):
         # The first ones are drawn last, on top.
         style: dict[str, Any] = {**styles[k], "zorder": 2 + 0.5 / (1 + k)}
         for robot in future.robots.values():
             ax.plot(*robot[:, [X, Y]].T, lw=1.8, **style)
         for i in range(len(branches.human_names)):
             ax.plot(*future.humans[:, i, [X, Y]].T, lw=0.8, **style)
-        ax.plot([], [], lw=1.8, label=shown(name), **style)
+        ax.plot([], [], lw=1.8, label=labels[k], **style)
     same = branches.futures[SAME]
     first = [*(it[0] for it in same.robots.values()), *same.humans[0]]
     places = np.array(first)[:, [X, Y]].T
@@ -87,10 +88,13 @@ def plot_delays(branches: Branches, *, ax: Axes | None = None) -> Axes:
     """
     ax = new_axes(ax, 2.2)
     styles = line_styles(len(branches.futures))
-    for name, style in zip(branches.futures, styles, strict=True):
+    labels = shown_apart(branches.futures)
+    for name, label, style in zip(
+        branches.futures, labels, styles, strict=True
+    ):
         if name != branches.reference:
             late = branches.delays(name).sum(axis=1, min_count=1)
-            ax.plot(late, lw=1.2, label=shown(name), **style)
+            ax.plot(late, lw=1.2, label=label, **style)
     ax.set(xlabel="time (s)", ylabel="delay (s)")
     legend_outside(ax, columns=3)
     return ax

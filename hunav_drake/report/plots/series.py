@@ -12,7 +12,7 @@ from hunav_drake.report.plots.style import (
     new_axes,
     note,
     robot_styles,
-    shown,
+    shown_apart,
 )
 from hunav_drake.report.plots.zones import ZONES
 from hunav_drake.systems.evaluation.recording import Recording
@@ -62,9 +62,11 @@ def plot_distance_to_people(
             )
     ax.plot([], [], "v", ms=4.5, color="0.3", label="closest")
     top, lowest = 0.0, np.inf
-    for (name, run), style in zip(runs.items(), _styles(runs), strict=True):
+    for (name, run), label, style in zip(
+        runs.items(), shown_apart(runs), _styles(runs), strict=True
+    ):
         gap = run.features.closest_gap
-        ax.plot(run.times, gap, lw=1.2, label=shown(name) or None, **style)
+        ax.plot(run.times, gap, lw=1.2, label=label or None, **style)
         if np.isfinite(gap).any():
             top = max(top, float(np.nanmax(gap)))
             gaps = _mark_minima(ax, run, near, style["color"], written=not name)
@@ -161,9 +163,10 @@ def plot_robot_speed(
     low = min([0.0, *(float(s.min()) for s in speeds)])
     high = max([0.1, *(float(s.max()) for s in speeds)])
     styles = _styles(runs)
+    labels = shown_apart(runs)
     label: str | None = f"person within {near:g} m"
     for i, (name, run) in enumerate(runs.items()):
-        label_of_run = shown(name) or None
+        label_of_run = labels[i] or None
         ax.plot(run.times, speeds[i], lw=1.2, label=label_of_run, **styles[i])
         when = spans(run, run.features.closest_gap < near)
         if name:

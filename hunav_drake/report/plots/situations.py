@@ -8,7 +8,7 @@ from hunav_drake.report.plots.style import (
     label_rows,
     legend_outside,
     new_axes,
-    shown,
+    shown_apart,
 )
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situations import FindSituations
@@ -84,7 +84,7 @@ def plot_situations(data: Run, *, ax: Axes | None = None) -> Axes:
         text = f"{label} {100 * times[color] / total:.0f} %"
         ax.plot([], [], lw=5, solid_capstyle="butt", color=color, label=text)
     ax.set(xlabel="time (s)")
-    label_rows(ax, [shown(it) for it in robots])
+    label_rows(ax, shown_apart(robots))
     if len(run) > 1:
         ax.set_xlim(run.times[0], run.times[-1])
     legend_outside(ax, columns=3)

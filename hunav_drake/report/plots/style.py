@@ -153,7 +153,7 @@ def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
     # Estimates in points: a letter is a little wider than half its height, and
     # the handle and the gap are as wide as six letters.
     letter = 0.57 * SMALL_SIZE
-    whole = 72.0 * ax.figure.get_figwidth()
+    whole = 72.0 * ax.figure.bbox.width / ax.figure.dpi
     # Names to the left reduce the width of the axes.
     names = [len(tick.get_text()) for tick in ax.get_yticklabels()]
     room = min(
@@ -167,14 +167,25 @@ def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
     return 1
 
 
-def shown(name: str) -> str:
+def shown(name: str, longest: int = _LONGEST) -> str:
     """Returns a name as a short label that Matplotlib does not hide."""
-    if len(name) > _LONGEST:
+    if len(name) > longest:
         # Names mostly differ at their ends: "a.speed=1" and "a.speed=2".
-        half = _LONGEST // 2
+        half = longest // 2
         name = f"{name[: half - 1]}\u2026{name[-half:]}"
     # Legends omit labels that start with an underscore.
     return f" {name}" if name.startswith("_") else name
+
+
+def shown_apart(names: Iterable[str]) -> list[str]:
+    """Returns names as labels that are as short as differing ones can be."""
+    names = list(names)
+    longest = max(map(len, names), default=0)
+    for length in range(_LONGEST, max(longest, _LONGEST) + 8, 8):
+        labels = [shown(it, length) for it in names]
+        if len({*labels}) == len({*names}):
+            break
+    return labels
 
 
 def label_rows(ax: Axes, labels: Sequence[str]) -> None:

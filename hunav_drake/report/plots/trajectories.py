@@ -20,6 +20,7 @@ from hunav_drake.report.plots.style import (
     new_axes,
     robot_styles,
     shown,
+    shown_apart,
 )
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import RADIUS, REACTIVE, X, Y
@@ -93,13 +94,14 @@ def plot_trajectories(
     longest = max((r.times[-1] - r.times[0] for r in runs.values()), default=0)
     every = mark_every or _interval(float(longest))
     labels: list[_Label] = []
+    names = shown_apart(runs)
     for i, ((name, run), style) in enumerate(
         zip(runs.items(), line_styles(len(runs)), strict=True)
     ):
         draw_walls(ax, run.obstacles)
         if name:
             for k, it in enumerate(run.robots):
-                label = None if k else shown(name)
+                label = None if k else names[i]
                 _draw_path(ax, it.robot, label=label, lw=1.4, **style)
             for person in range(0 if i else run.num_humans):
                 states = run.humans[:, person]
@@ -138,9 +140,9 @@ def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
     """Draws a single run, with a color for each person or behavior."""
     labels: list[_Label] = []
     styles = robot_styles(len(run.robots))
-    for it, style in zip(run.robots, styles, strict=True):
+    robots = shown_apart(it.robot_name or "robot" for it in run.robots)
+    for it, name, style in zip(run.robots, robots, styles, strict=True):
         _draw_start(ax, it.robot, style["color"])
-        name = shown(it.robot_name or "robot")
         _draw_path(ax, it.robot, lw=1.8, label=name, zorder=3, **style)
         # (It stands where it ended.)
         part = it.until_end()
@@ -155,11 +157,12 @@ def _draw_run(ax: Axes, run: Recording, every: float) -> list[_Label]:
         if many
         else line_styles(len(names))
     )
+    labels_of = shown_apart(names)
     named: set[int] = set()
     for i in range(run.num_humans):
         k = names.index(keys[i]) if many else i
         style = styles[k]
-        label = None if k in named else shown(names[k])
+        label = None if k in named else labels_of[k]
         named.add(k)
         states = run.humans[:, i]
         _draw_path(ax, states, lw=1.0, label=label, **style)

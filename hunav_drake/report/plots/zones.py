@@ -12,7 +12,7 @@ from hunav_drake.report.plots.style import (
     legend_outside,
     new_axes,
     note,
-    shown,
+    shown_apart,
 )
 from hunav_drake.systems.evaluation.metrics.proxemics import (
     INTIMATE,
@@ -88,7 +88,7 @@ def plot_zones(data: Runs, *, ax: Axes | None = None) -> Axes:
     if not shares.any():
         note(ax, "there are no people")
     ax.set(xlabel="share of time (%)", xlim=(0, 100))
-    label_rows(ax, [shown(name) for name in runs])
+    label_rows(ax, shown_apart(runs))
     legend_outside(ax, columns=4)
     return ax
 

@@ -493,3 +493,23 @@ def test_a_legend_beside_long_names_stays_in_the_figure():
     ax.figure.canvas.draw()
     legend = ax.get_legend().get_window_extent()
     assert legend.x1 <= ax.figure.bbox.x1 + 1
+
+
+def test_labels_are_as_long_as_they_must_be_to_differ():
+    names = [
+        f"sfw, robot.radius={radius}, doorway {place}"
+        for radius in (0.3, 0.35)
+        for place in ("of an office", "of another office")
+    ]
+    data = {name: drive_by() for name in names}
+    for ax in (plot_robot_speed(data), plot_trajectories(data)):
+        assert len({*legend_texts(ax)} - {"every 1 s"}) == 4
+    texts = {it.get_text() for it in plot_zones(data).get_yticklabels()}
+    assert len(texts) == 4
+
+
+@pytest.mark.parametrize("plot", ALL_OF_ONE)
+def test_axes_may_be_those_of_a_part_of_a_figure(plot):
+    part, _ = plt.figure(layout="constrained").subfigures(1, 2)
+    ax = plot(drive_by(), ax=part.subplots())
+    ax.get_figure(root=True).canvas.draw()
