@@ -7,6 +7,7 @@ import pandas as pd
 
 from hunav_drake.report.plots.style import (
     PALETTE,
+    SMALL_SIZE,
     Axes,
     label_rows,
     legend_outside,
@@ -14,6 +15,7 @@ from hunav_drake.report.plots.style import (
     new_axes,
     note,
     shown,
+    shown_apart,
 )
 from hunav_drake.runs.independent_runs import (
     comparable,
@@ -98,9 +100,9 @@ def plot_comparison(
     values = table[metric].to_numpy(dtype=float)
     if not (values < 0).any():
         # An axis needs a length even if all values are 0.
-        ax.set_xlim(left=0, right=None if (values > 0).any() else 1)
-    # A long name has more room when it is aligned to the right.
-    ax.set_xlabel(label_text(metric, unit), loc="right")
+        is_wide = (values > 0).any() or (statistics["high"] > 0).any()
+        ax.set_xlim(left=0, right=None if is_wide else 1)
+    _label_values(ax, label_text(metric, unit))
     fixed = draws_nothing(table).groupby(table[by]).all()
     _label(
         ax,
@@ -184,7 +186,7 @@ def plot_differences(
     if not rows:
         note(ax, "there is one planner only")
     title = f"{metric}, difference from {shown(first)}"
-    ax.set_xlabel(label_text(title, unit), loc="right", parse_math=False)
+    _label_values(ax, label_text(title, unit))
     _label(ax, notes)
     return ax
 
@@ -226,7 +228,10 @@ def plot_distribution(
     low, high = (ends.min(), ends.max()) if len(ends) else (0.0, 1.0)
     room = 0.04 * (high - low) or 0.05 * abs(high) or 1.0
     styles = line_styles(len(kinds))
-    for (kind, values), style in zip(found.items(), styles, strict=True):
+    labels = shown_apart(map(str, found))
+    for values, label, style in zip(
+        found.values(), labels, styles, strict=True
+    ):
         finite = values[np.isfinite(values)]
         shares = np.arange(len(finite) + 1) / max(1, len(values))
         ax.step(
@@ -234,13 +239,13 @@ def plot_distribution(
             100 * np.array([*shares, shares[-1]] if len(values) else []),
             where="post",
             lw=1.2,
-            label=f"{shown(str(kind))} (n = {len(values)})",
+            label=f"{label} (n = {len(values)})",
             **style,
         )
     if not len(ends):
         note(ax, "there are no values")
     ax.set(xlim=(low - room, high + room), ylim=(-2, 102))
-    ax.set_xlabel(label_text(metric, unit), loc="right")
+    _label_values(ax, label_text(metric, unit))
     ax.set_ylabel("runs at most there (%)")
     legend_outside(ax, columns=3)
     return ax
@@ -345,7 +350,19 @@ def _draw_interval(
     )
 
 
+def _label_values(ax: Axes, text: str) -> None:
+    """Writes the name of the axis of values, apart from its power of ten."""
+    # A long name has more room when it is aligned to the right.
+    ax.set_xlabel(text, loc="right", parse_math=False)
+    ax.xaxis.get_offset_text().set(x=0.0, ha="left", size=SMALL_SIZE)
+
+
 def _label(ax: Axes, notes: dict[str, list[str]]) -> None:
     """Writes the name of each row: a planner, its setting, and notes."""
-    rows = [[*name.split(", ", 1), *more] for name, more in notes.items()]
-    label_rows(ax, ["\n".join(map(shown, parts)) for parts in rows])
+    parts = [name.partition(", ") for name in notes]
+    heads = shown_apart(it[0] for it in parts)
+    tails = shown_apart(it[2] for it in parts)
+    rows = zip(heads, tails, notes.values(), strict=True)
+    label_rows(
+        ax, ["\n".join(filter(None, [a, b, *more])) for a, b, more in rows]
+    )

@@ -356,3 +356,33 @@ def test_a_seed_of_which_not_all_repetitions_arrive_is_late():
     )
     ax = plot_distribution(pd.concat([first, second]), "time_to_reach_goal")
     assert lines_of(ax)["a (n = 7)"][-1, 1] == 0
+
+
+def test_settings_in_several_scenarios_have_labels_of_their_own():
+    one = runs_of(dwb=A, sfw=B)
+    runs = pd.concat(
+        one.assign(scenario=scenario, setting=f"robot.radius={radius}")
+        for scenario in ("crossing", "doorway_of_an_office")
+        for radius in (0.3, 0.35)
+    )
+    assert len({*labels(plot_comparison(runs))}) == 8
+    assert len({*lines_of(plot_distribution(runs, "path_length"))}) == 8
+
+
+def test_an_interval_of_a_rate_of_zero_is_in_the_axes():
+    ax = plot_comparison(runs_of(dwb=[np.nan] * 7), "completed")
+    high = summarize(runs_of(dwb=[np.nan] * 7)).high["hall", "dwb", "completed"]
+    assert ax.get_xlim()[1] > 100 * high > 30
+
+
+@pytest.mark.parametrize("size", [1e-7, 1e12])
+def test_the_power_of_ten_is_apart_from_the_name_of_the_axis(size):
+    runs = runs_of(dwb=A, sfw=B)
+    runs["$cost^$"] = size * runs["path_length"] * (1 + runs["seed"] % 3)
+    for plot in (plot_comparison, plot_distribution):
+        ax = plot(runs, "$cost^$")
+        ax.figure.canvas.draw()
+        power = ax.xaxis.get_offset_text()
+        assert power.get_text()
+        boxes = [it.get_window_extent() for it in (power, ax.xaxis.label)]
+        assert not boxes[0].overlaps(boxes[1])
