@@ -49,11 +49,14 @@ def make_figure(
         layout: The layout of Matplotlib.
     """
     import matplotlib as mpl
+    import matplotlib.style
 
     # Text stays text, so the browser chooses fonts for any script. The salt
     # makes equal drawings equal files.
     settings = {"svg.fonttype": "none", "svg.hashsalt": name}
-    with mpl.rc_context(settings), warnings.catch_warnings():
+    # Styles of the caller, as for slides, are not those of the page.
+    style = mpl.style.context(settings, after_reset=True)
+    with style, warnings.catch_warnings():
         # The browser has the glyphs; only their size is unknown here.
         warnings.filterwarnings("ignore", "Glyph .* missing from font")
         stream = io.StringIO()

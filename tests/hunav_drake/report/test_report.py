@@ -1,6 +1,7 @@
 import os
 import re
 
+from matplotlib import pyplot as plt
 import numpy as np
 import pandas as pd
 from PIL import Image
@@ -160,6 +161,17 @@ def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):
         del trial.provenance["seed"]
     text = visible(WriteReport(trials, tmp_path / "r.html").read_text())
     assert "not compared" not in text
+
+
+def test_a_page_does_not_depend_on_the_style_of_the_session(tmp_path):
+    pages = []
+    for style in ("classic", "dark_background"):
+        with plt.style.context(style):
+            page = WriteReport(make_result(), tmp_path / "r.html")
+            is_dark = plt.rcParams["axes.facecolor"] == "black"
+            assert is_dark == (style == "dark_background")
+        pages.append(page.read_text())
+    assert pages[0] == pages[1]
 
 
 @pytest.mark.slow
