@@ -37,7 +37,11 @@ def to_latex(table: Table) -> str:
     columns = "l" + "r" * (len(table.header) - 2) + "l"
     head = " & ".join(map(escaped, table.header))
     caption = table.caption or f"{table.title}. {NOTE}"
-    rows = [" & ".join(map(_cell, row)) + r" \\" for row in table.rows]
+    # (After a line, a bracket or an asterisk would be an option of its end.)
+    rows = [
+        re.sub(r"^(?=[\[*])", "{}", " & ".join(map(_cell, row))) + r" \\"
+        for row in table.rows
+    ]
     return "\n".join(
         [
             r"\begin{table*}",
@@ -76,7 +80,8 @@ def escaped(text: str) -> str:
 
     Other characters need fontenc and inputenc, or XeLaTeX or LuaLaTeX.
     """
-    return text.translate(_SPECIAL)
+    # A caption must not have paragraphs.
+    return re.sub(r"\s*\n\s*", " ", text).translate(_SPECIAL)
 
 
 def _cell(text: str) -> str:

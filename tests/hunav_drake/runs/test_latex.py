@@ -85,3 +85,13 @@ def test_it_compiles_and_is_no_wider_than_a_line(tmp_path):
     assert result.returncode == 0, result.stdout
     assert (tmp_path / "main.pdf").stat().st_size > 1000
     assert "Overfull" not in result.stdout
+
+
+@pytest.mark.parametrize("name", ["[m]", "*m"])
+def test_no_name_of_a_row_is_an_option_of_the_line_before(name):
+    lines = to_latex(Table("", ("", "dwb", "unit"), ((name, "1", "m"),)))
+    assert f"\n{{}}{name} & 1 & m \\\\\n" in lines
+
+
+def test_a_caption_has_no_paragraphs():
+    assert escaped("one\n\n two") == "one two"
