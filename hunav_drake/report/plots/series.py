@@ -118,10 +118,16 @@ def _mark_minima(
     last = -np.inf
     span = run.times[-1] - run.times[0]
     for time, gap in points:
-        if time - last >= _CROWDED * span:
+        # At the edges, it would be on other numbers.
+        middle = np.clip(
+            time,
+            run.times[0] + 0.5 * _CROWDED * span,
+            run.times[-1] - 0.5 * _CROWDED * span,
+        )
+        if middle - last >= _CROWDED * span:
             ax.annotate(
                 f"{gap:.2f} m",
-                (time, gap),
+                (middle, gap),
                 # The line has a minimum here, so there is room below.
                 xytext=(0, -4),
                 textcoords="offset points",
@@ -131,7 +137,7 @@ def _mark_minima(
                 zorder=5,
                 path_effects=[withStroke(linewidth=2.5, foreground="white")],
             )
-            last = time
+            last = middle
     return gaps
 
 
