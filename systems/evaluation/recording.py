@@ -113,8 +113,9 @@ class Recording(RecordedArrays):
 
     def __repr__(self) -> str:
         return (
-            f"<Recording of {len(self)} samples from {self.times[0]:g} s to"
-            f" {self.times[-1]:g} s, with {self.num_humans} people"
+            f"<Recording of {len(self)} samples from"
+            f" {self.times[0]:.12g} s to {self.times[-1]:.12g} s, with"
+            f" {self.num_humans} people"
             + (f" and {len(self.robots)} robots>" if self.others else ">")
         )
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import cycle, islice
+import math
 from typing import TYPE_CHECKING
 
 from hunav_drake.systems.behavior.profiles import BEHAVIORS
@@ -116,15 +117,17 @@ def legend_outside(
     *,
     beside: bool = False,
     title: str | None = None,
+    room: float = math.inf,
 ) -> None:
     """Draws the legend above the axes, or `beside` them.
 
-    Above, it has up to `columns` columns, if there is room.
+    Above, it has up to `columns` columns, if there is room: at most as many
+    points as given.
     """
     handles, labels = ax.get_legend_handles_labels()
     if not handles:
         return
-    columns = 1 if beside else _fitting(ax, labels, columns)
+    columns = 1 if beside else _fitting(ax, labels, columns, room)
     # Matplotlib fills columns; this order fills rows.
     order = [i for c in range(columns) for i in range(c, len(handles), columns)]
     legend = ax.legend(
@@ -148,7 +151,7 @@ def legend_outside(
         text.set_parse_math(False)
 
 
-def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
+def _fitting(ax: Axes, labels: list[str], columns: int, room: float) -> int:
     """Returns the number of columns of a legend that fit above axes."""
     # Estimates in points: a letter is a little wider than half its height, and
     # the handle and the gap are as wide as six letters.
@@ -157,6 +160,7 @@ def _fitting(ax: Axes, labels: list[str], columns: int) -> int:
     # Names to the left reduce the width of the axes.
     names = [len(tick.get_text()) for tick in ax.get_yticklabels()]
     room = min(
+        room,
         1.2 * whole * ax.get_position().width,
         whole - letter * max(names, default=0) - 5.0,
     )

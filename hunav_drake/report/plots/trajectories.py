@@ -43,10 +43,11 @@ _MAP = np.array([0.85 * COLUMN, COLUMN])
 _REACH = np.array([7.0, 10.0])
 _ANGLES = np.arange(8) * np.pi / 4 + np.pi / 2
 
-# The least distances of a label's middle from other labels and from lines, in
-# points.
-_LABEL_ROOM = 9.0
-_LINE_ROOM = 3.5
+# The size of a label, and of each of its characters but the first two, in
+# points, and its least distances from other labels and from lines.
+_LABEL, _CHARACTER = 6.0, 3.6
+_LABEL_ROOM = 3.0
+_LINE_ROOM = 0.5
 
 
 class _Label(NamedTuple):
@@ -103,12 +104,13 @@ def plot_trajectories(
             for k, it in enumerate(run.robots):
                 label = None if k else names[i]
                 _draw_path(ax, it.robot, label=label, lw=1.4, **style)
+                part = it.until_end()
+                labels += _mark_times(
+                    ax, part.times, part.robot, every, color=style["color"]
+                )
             for person in range(0 if i else run.num_humans):
                 states = run.humans[:, person]
                 _draw_path(ax, states, color=PEOPLE, lw=0.7, zorder=1)
-                labels += _mark_times(
-                    ax, it.times, it.robot, every, color=style["color"]
-                )
         else:
             labels += _draw_run(ax, run, every)
         several = robot_styles(len(run.robots)) if run.others else []
@@ -126,7 +128,9 @@ def plot_trajectories(
         ylim=(low[1], high[1]),
     )
     _place_labels(ax, labels, scale=72.0 * scale)
-    legend_outside(ax, columns=4, beside=tall)
+    # The map is in the middle of the figure, with numbers on its left.
+    room = 36.0 * (COLUMN + scale * float(high[0] - low[0])) - 18.0
+    legend_outside(ax, columns=4, beside=tall, room=room)
     return ax
 
 
@@ -241,7 +245,7 @@ def _mark_times(
         gid="marks",
     )
     return [
-        _Label(f"{time:g}", (float(x), float(y)), color)
+        _Label(f"{time:.12g}", (float(x), float(y)), color)
         for time, (x, y) in zip(when[there], places[there], strict=True)
     ]
 
@@ -299,22 +303,27 @@ def _place_labels(ax: Axes, labels: Sequence[_Label], *, scale: float) -> None:
     )
     directions = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
     offsets = (_REACH[:, None, None] * directions).reshape(-1, 2)
-    placed = [np.full(2, np.inf)]
+    placed: list[shapely.Geometry] = []
     for label in labels:
-        middles = np.asarray(label.place) * scale + offsets
-        to_line = shapely.distance(shapely.points(middles), drawn)
-        gaps = np.linalg.norm(middles - np.array(placed)[:, None], axis=2)
-        to_label = gaps.min(axis=0)
+        # Longer labels begin or end beside their points.
+        longer = 0.5 * _CHARACTER * max(0, len(label.text) - 2)
+        aside = offsets + longer * np.sign(offsets.round(3)) * [1, 0]
+        middles = np.asarray(label.place) * scale + aside
+        half = [0.5 * _LABEL + longer, 0.5 * _LABEL]
+        boxes = shapely.box(*(middles - half).T, *(middles + half).T)
+        to_line = shapely.distance(boxes, drawn)
+        gaps = [shapely.distance(boxes, it) for it in placed]
+        to_label = np.min([np.full(len(boxes), np.inf), *gaps], axis=0)
         fits = (to_line > _LINE_ROOM) & (to_label > _LABEL_ROOM)
         if not fits.any():
             continue
-        room = np.minimum(to_line, to_label)
-        best = int(np.argmax(np.where(fits, np.minimum(room, 8.0), -1.0)))
-        placed.append(middles[best])
+        room = np.minimum(to_line, to_label).clip(max=5.0).round(1)
+        best = int(np.argmax(np.where(fits, room, -1.0)))
+        placed.append(boxes[best])
         ax.annotate(
             label.text,
             label.place,
-            xytext=offsets[best],
+            xytext=aside[best],
             textcoords="offset points",
             ha="center",
             va="center",

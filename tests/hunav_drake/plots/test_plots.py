@@ -277,6 +277,50 @@ def test_marks_are_at_equal_times():
     assert "every 2 s" in legend_texts(ax)
 
 
+@pytest.mark.parametrize("others", [(), range(4)])
+def test_each_of_several_runs_has_marks(others):
+    data = {"a": drive_by(others), "b": drive_by(others)}
+    marks = artists(plot_trajectories(data, mark_every=2.0), "marks")
+    assert [len(it.get_xdata()) for it in marks] == [4, 4]
+    assert marks[0].get_color() != marks[1].get_color()
+
+
+def test_marks_of_large_times_tell_them_apart():
+    recording = drive_by(())
+    late = replace(recording, times=recording.times + 1.7e9)
+    ax = plot_trajectories(late, mark_every=2.0)
+    texts = [text.get_text() for text in ax.texts]
+    assert texts == [f"170000000{i}" for i in (0, 2, 4, 6)]
+    assert "from 1700000000 s to 1700000006 s" in repr(late)
+
+
+@pytest.mark.parametrize("side", [2.0, 5.5, 8.0])
+def test_the_legend_of_a_narrow_map_stays_in_the_figure(side):
+    walls = Obstacles.from_shapes(
+        [[[-5, -side], [5, -side], [5, side], [-5, side]]], solid=[False]
+    )
+    names = [f"human_{i}" for i in range(11, 15)]
+    for data in (
+        drive_by(range(4), obstacles=walls, human_names=names),
+        {f"planner, speed={i}": drive_by(obstacles=walls) for i in range(4)},
+    ):
+        ax = plot_trajectories(data)
+        ax.figure.canvas.draw()
+        legend = ax.get_legend().get_window_extent()
+        assert legend.x1 <= ax.figure.bbox.x1 + 1
+
+
+def test_names_of_people_do_not_overlap():
+    names = [f"a person of a name {i}" for i in range(20)]
+    recording = drive_by(np.arange(20) / 4 - 2.5, human_names=names)
+    ax = plot_trajectories(recording)
+    ax.figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) > 5
+    for i, box in enumerate(boxes):
+        assert box.count_overlaps(boxes[:i]) == 0
+
+
 def test_who_is_missing_has_no_mark():
     recording = drive_by((0.0,))
     humans = recording.humans.copy()
@@ -440,6 +484,14 @@ def test_a_column_that_there_is_not_is_refused():
         plot_comparison(three_planners(), "speed")
     with pytest.raises(ValueError, match="no column 'robot'"):
         plot_comparison(three_planners(), "path_length", by="robot")
+
+
+def test_numbers_of_approaches_are_beside_the_edges():
+    ax = plot_distance_to_people(drive_by((0.5,)).until(3.0))
+    ax.figure.canvas.draw()
+    (text,) = ax.texts
+    box, axes = text.get_window_extent(), ax.get_window_extent()
+    assert axes.x0 <= box.x0 < box.x1 <= axes.x1
 
 
 def test_numbers_of_close_approaches_do_not_hide_the_line():
