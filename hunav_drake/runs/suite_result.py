@@ -42,6 +42,12 @@ class SuiteResult:
         table = rows if isinstance(rows, RunTable) else RunTable(rows)
         self.rows = table.sorted(self._order(table))
 
+    def __repr__(self) -> str:
+        return (
+            f"<SuiteResult of {self.suite.name}, {len(self.rows)} runs in"
+            f" {len(self.cells)} cells>"
+        )
+
     @property
     def code_sha256(self) -> str:
         """The hash of the code that ran it; empty if there are no runs."""

@@ -137,6 +137,16 @@ class TrialResult:
     setting: str = ""
     tag: str = ""
 
+    def __repr__(self) -> str:
+        about = self.provenance
+        seed = f"seed {about['seed']}" if "seed" in about else ""
+        planner = str(about.get("planner", ""))
+        told = [self.scenario_name, planner, self.setting, seed]
+        return (
+            f"<TrialResult of {', '.join(filter(None, told)) or 'a trial'}:"
+            f" {self.end_reason} after {self.end_time:.12g} s>"
+        )
+
     @property
     def metrics(self) -> "pd.Series":
         """The values by name.

@@ -100,6 +100,9 @@ class Encounters:
     recording: Recording
     zones: Mapping[str, float]
 
+    def __repr__(self) -> str:
+        return f"<Encounters in the {repr(self.recording)[1:]}"
+
     @property
     def period(self) -> float:
         """The longest time between two samples, in seconds."""

@@ -56,6 +56,9 @@ class Situations:
     people: Mapping[str, Mask]
     flags: Mapping[str, Mask]
 
+    def __repr__(self) -> str:
+        return f"<Situations in the {repr(self.recording)[1:]}"
+
     @cached_property
     def primary(self) -> NDArray[np.str_]:
         """The first of `PRIMARIES` that holds, shape (N + 1,)."""

@@ -80,6 +80,12 @@ class Branches:
     futures: Mapping[str, Future]
     growth: float = math.nan
 
+    def __repr__(self) -> str:
+        return (
+            f"<Branches from {self.start:.12g} s to {self.until:.12g} s:"
+            f" {', '.join(self.futures)}>"
+        )
+
     def __getitem__(self, name: str) -> TrialResult:
         """Returns the result of a branch.
 
