@@ -19,7 +19,7 @@ from hunav_drake.runs.comparison.captions import runs_caption
 from hunav_drake.runs.comparison.latex import escaped
 from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.runs.settings import contenders, with_names
-from hunav_drake.runs.statistics import TIMES, is_rate
+from hunav_drake.runs.statistics import TIMES, check_columns, is_rate
 from hunav_drake.systems.common.files import atomic_write, file_name_part
 from hunav_drake.systems.common.suggest import shown as quoted, suggestion
 from hunav_drake.systems.evaluation.metric import base_name
@@ -121,11 +121,12 @@ def WriteFigures(
 
     Raises:
         OSError: If a file cannot be written.
-        ValueError: If there is no such metric or format.
+        ValueError: If there is no such column or format.
     """
     import matplotlib as mpl
 
     table = runs if isinstance(runs, pd.DataFrame) else tabulate_runs(runs)
+    check_columns(table, ["scenario", "planner"])
     table = with_names(table)
     table = table.assign(contender=contenders(table))
     if metrics is None:

@@ -349,7 +349,7 @@ def _pairs(
     for side in sides:
         part = runs[runs[on] == side]
         if part.empty:
-            known = ", ".join(map(repr, runs[on].unique()))
+            known = ", ".join(map(repr, runs[on].unique().tolist()))
             raise ValueError(
                 f"no run has the {on} {shown(side)}; there are {known}"
             )

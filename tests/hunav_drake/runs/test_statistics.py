@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake import plot_distribution
+from hunav_drake import WriteFigures, plot_distribution
 from hunav_drake.runs.intervals import (
     LEAST_DRAWN,
     bootstrap_interval,
@@ -333,6 +333,14 @@ def test_the_order_of_runs_does_not_matter():
         (
             lambda r: compare(r, "fast", "dwb"),
             "planner 'dwb'; there are 'fast'",
+        ),
+        (
+            lambda r: compare(r[r["seed"] % 3 == 0], 1, 2, on="seed"),
+            "no run has the seed 1; there are 0, 3, 6$",
+        ),
+        (
+            lambda r: WriteFigures(r.drop(columns="planner"), "not_written"),
+            "the table of runs has no column 'planner'",
         ),
         (
             lambda r: compare(r, "fast", "slow", by=()),
