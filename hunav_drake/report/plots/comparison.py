@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from hunav_drake.report.plots.style import (
+    DASHES,
     PALETTE,
     SMALL_SIZE,
     Axes,
@@ -228,6 +229,17 @@ def plot_distribution(
     low, high = (ends.min(), ends.max()) if len(ends) else (0.0, 1.0)
     room = 0.04 * (high - low) or 0.05 * abs(high) or 1.0
     styles = line_styles(len(kinds))
+    scenarios = dict(zip(table[by], table["scenario"], strict=True))
+    dashes = dict(zip(dict.fromkeys(scenarios.values()), DASHES, strict=False))
+    few = table["scenario"].nunique() <= len(DASHES)
+    if by == "place" and few and table["contender"].nunique() <= len(PALETTE):
+        # A contender has one color, as in other plots; a scenario its dashes.
+        styles = [
+            {"color": color, "ls": dashes[scenarios[kind]]}
+            for kind, color in zip(
+                kinds, _colors(kinds, table, by), strict=True
+            )
+        ]
     labels = shown_apart(map(str, found))
     for values, label, style in zip(
         found.values(), labels, styles, strict=True

@@ -44,12 +44,12 @@ MUTED = "#555555"
 _LONGEST = 18
 
 # After the last color, lines have the first color with other dashes.
-_DASHES = ("-", "--", ":", "-.")
+DASHES = ("-", "--", ":", "-.")
 
 
 def line_styles(count: int) -> list[dict[str, str]]:
     """Returns the color and dashes of each of some lines."""
-    styles = ({"color": c, "ls": d} for d in cycle(_DASHES) for c in PALETTE)
+    styles = ({"color": c, "ls": d} for d in cycle(DASHES) for c in PALETTE)
     return list(islice(styles, count))
 
 

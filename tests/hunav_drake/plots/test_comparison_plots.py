@@ -4,6 +4,7 @@ import re
 import struct
 import warnings
 
+import matplotlib.colors as mcolors
 import numpy as np
 import pandas as pd
 import pytest
@@ -367,6 +368,17 @@ def test_settings_in_several_scenarios_have_labels_of_their_own():
     )
     assert len({*labels(plot_comparison(runs))}) == 8
     assert len({*lines_of(plot_distribution(runs, "path_length"))}) == 8
+
+
+def test_a_planner_has_one_color_in_all_scenarios():
+    one = runs_of(dwb=A, sfw=B)
+    runs = pd.concat([one, one.assign(scenario="office")])
+    lines = plot_distribution(runs, "path_length").get_lines()
+    bars = plot_comparison(runs, "path_length").patches
+    colors = [mcolors.to_rgb(it.get_color()) for it in lines]
+    assert colors == [it.get_facecolor()[:3] for it in bars]
+    assert colors[0] == colors[2] != colors[1] == colors[3]
+    assert [it.get_linestyle() for it in lines] == ["-", "-", "--", "--"]
 
 
 def test_an_interval_of_a_rate_of_zero_is_in_the_axes():
