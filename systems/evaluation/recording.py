@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+import math
 from pathlib import Path
 from typing import Any, Self
 
@@ -151,8 +152,14 @@ class Recording(RecordedArrays):
         return self.until(self.end_time)
 
     def until(self, time: float) -> Self:
-        """Returns the recording until the first sample at a time or later."""
-        last = np.searchsorted(self.times, time * (1 - 1e-12))
+        """Returns the recording until the first sample at a time or later.
+
+        Raises:
+            ValueError: If the time is NaN.
+        """
+        if math.isnan(time):
+            raise ValueError("time must be in seconds, got nan")
+        last = np.searchsorted(self.times, time - 1e-12 * abs(time))
         return self._part(slice(0, int(last) + 1))
 
     def since(self, time: float) -> Self:

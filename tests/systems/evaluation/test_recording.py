@@ -338,3 +338,15 @@ def test_whether_walls_are_known_is_kept(tmp_path):
     del arrays["walls_known"]
     np.savez(path, **arrays)
     assert Recording.load(path).walls_known is True
+
+
+def test_until_and_since_count_from_any_time():
+    """Also where the clock of the recording begins before 0."""
+    run = constant_recording(4, times=[-2.0, -1.0, 0.0, 1.0])
+    for k, time in enumerate(run.times):
+        assert len(run.until(time)) == k + 1
+        assert len(run.since(time)) == len(run) - k
+    assert len(run.until(np.inf)) == len(run.since(-np.inf)) == len(run)
+    for part in (run.until, run.since):
+        with pytest.raises(ValueError, match="nan"):
+            part(np.nan)
