@@ -38,8 +38,10 @@ class Bag:
             header = getattr(told, "header", None)
             begin.append((m.nanoseconds(header.stamp) if header else 0, came))
         if begin:
-            stamp, came = begin[0]
-            self._from_zero = not stamp and begin[-1][0] > 0
+            (stamp, came), (later, arrived) = begin[0], begin[-1]
+            # (A node without a clock yet has 0, too; then its stamps leap.)
+            near = 0 < later < max(0.5 * arrived, 1.0) * 1e9
+            self._from_zero = not stamp and near
             no_stamp = not stamp and not self._from_zero
             self.zero = round(came * 1e9) if no_stamp else stamp
 

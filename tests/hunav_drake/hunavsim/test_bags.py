@@ -747,6 +747,18 @@ def test_simulated_times_may_begin_at_0(tmp_path):
     )
 
 
+def test_a_first_stamp_of_0_before_a_clock_is_none(tmp_path):
+    """As of a node that has not heard the time yet."""
+    parts = [[(100.0, [joined(100.0)])], told_people(), odometry()]
+    parts = [later(it, EPOCH) for it in parts]
+    parts[1][0][1][0][1].header.stamp = m.stamp(0.0)
+    read = read_quietly(faulty(tmp_path, *parts))
+    assert read.times[[0, -1]].tolist() == pytest.approx([0, 4.9])
+    np.testing.assert_allclose(
+        read.robot[:, 0], 2 * np.sin(0.3 * read.times), atol=1e-9
+    )
+
+
 def test_times_since_1970_are_told_in_full(tmp_path):
     gap = [*odometry()[:10], *odometry()[60:]]
     parts = [[(100.0, [joined(100.0)])], told_people(), gap]
