@@ -1,6 +1,7 @@
 """How likely a failure is, over the seeds of a scenario."""
 
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Unpack
 
 from hunav_drake.runs.failures.scene_runs import (
@@ -101,7 +102,7 @@ def EstimateFailureProbability(
             "relative_half_width must be positive, and confidence in (0, 1),"
             f" got {relative_half_width}, {confidence}"
         )
-    if not isinstance(budget, int) or budget < 1:
+    if not isinstance(budget, Integral) or budget < 1:
         raise ValueError(
             f"budget must be a positive whole number, got {budget!r}"
         )

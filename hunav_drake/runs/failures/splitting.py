@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 import math
+from numbers import Integral
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
@@ -185,12 +186,13 @@ def SplitFailureProbability(
     """
     robustness_of(robustness)
     numbers = particles, repeats, budget
-    whole = all(isinstance(it, int) for it in numbers)
+    whole = all(isinstance(it, Integral) for it in numbers)
     if not whole or particles < 2 or repeats < 1 or budget < 1:
         raise ValueError(
             "particles, repeats and budget must be whole numbers, particles at"
             f" least 2 and the others positive, got {numbers}"
         )
+    particles, repeats, budget = map(int, numbers)  # (NumPy's are no JSON.)
     check_seed(seed)
     scenario = CheckScenario(scenario)
     decisions = scenario.crowd.decisions

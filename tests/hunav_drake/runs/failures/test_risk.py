@@ -3,6 +3,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from scipy.stats import binomtest
 
@@ -80,7 +81,7 @@ def test_seeds_that_give_equal_trials_are_refused():
         "simulation.duration=2.0",
     )
     with pytest.raises(ValueError, match="all 4 seeds gave the same trial"):
-        EstimateFailureProbability(alone, budget=4)
+        EstimateFailureProbability(alone, budget=np.int64(4))
 
 
 @pytest.mark.parametrize(

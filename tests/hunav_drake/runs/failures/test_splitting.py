@@ -159,12 +159,13 @@ def by_seed(runs, seeds):
 
 
 @pytest.mark.slow
-def test_a_budget_leaves_unfinished_repeats_out():
+def test_a_budget_leaves_unfinished_repeats_out(tmp_path):
     found = SplitFailureProbability(
         scene(DRAWS, "simulation.duration=3.0"),
-        particles=4,
-        repeats=3,
-        budget=5,
+        particles=np.int64(4),
+        repeats=np.int64(3),
+        budget=np.int64(5),
+        out=tmp_path,
     )
     assert not found.complete
     assert found.runs <= 5
