@@ -1,7 +1,8 @@
 """Transfers the state of a trial to the diagram of another one."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context, Diagram, InputPort, System
@@ -23,6 +24,8 @@ from hunav_drake.trial.seeds import CheckIsTrial, GetTrialSeed, SeededSystems
 
 # What a system may become in a diagram whose people may leave.
 _OPENED = {"HumanCrowd": "OpenCrowd", "BehaviorTree": "OpenBehaviorTree"}
+
+_PARTS: "WeakKeyDictionary[Diagram, _Parts]" = WeakKeyDictionary()
 
 
 def TransferContext(
@@ -58,8 +61,9 @@ def TransferContext(
     CheckIsTrial(diagram)
     CheckIsTrial(other)
     diagram.ValidateContext(context)
-    difference = _first_difference(_given(diagram), _given(other), "")
-    if difference:
+    was, now = _parts(diagram), _parts(other)
+    if was.given != now.given:
+        difference = _first_difference(was.given, now.given, "")
         raise ValueError(
             f"{difference[1:]}; the state cannot be taken over. Make the other"
             " diagram of the same people, robot, goal, evaluator and time step;"
@@ -69,7 +73,6 @@ def TransferContext(
     result.SetTime(context.get_time())
     sources = {_path(system): system for _, system in leaves(diagram)}
     targets = {_path(system): system for _, system in leaves(other)}
-    was, now = _own_parameters(diagram), _own_parameters(other)
     kept = set()
     for path in dict.fromkeys([*sources, *targets]):
         source, target = sources.get(path), targets.get(path)
@@ -89,7 +92,7 @@ def TransferContext(
             new = target.GetMyMutableContextFromRoot(result)
             difference = _difference(source, old, target, new)
             part = path.split("/")[0]
-            if not memory(source) and was.get(part) != now.get(part):
+            if not memory(source) and was.own.get(part) != now.own.get(part):
                 difference = difference or "its parameters differ"
             if not difference:
                 _copy(old, new)
@@ -113,6 +116,28 @@ def TransferContext(
             planner.SetCommand(own, port.Eval(context))
     _fix_inputs(diagram, context, other, result)
     return result
+
+
+class _Parts(NamedTuple):
+    """The parts of a scenario as plain values.
+
+    Attributes:
+        given: Those whose state is transferred.
+        own: The parameters of planners and sensors, by their systems.
+    """
+
+    given: dict[str, Any]
+    own: dict[str, Any]
+
+
+def _parts(diagram: Diagram) -> _Parts:
+    """Returns the parts of a diagram's scenario, made once.
+
+    (They take half of the time of a transfer, and branches begin with one.)
+    """
+    if diagram not in _PARTS:
+        _PARTS[diagram] = _Parts(_given(diagram), _own_parameters(diagram))
+    return _PARTS[diagram]
 
 
 def _given(diagram: Diagram) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from hunav_drake import (
     MakeTrialDiagram,
     MakeTrialSimulator,
     SetTrialSeed,
+    TransferContext,
 )
 from hunav_drake.scenario import Scenario
 from hunav_drake.trial.simulation import GetTrialResult
@@ -117,6 +118,26 @@ def resets() -> None:
     print(f"  SetTrialSeed     {1e3 * reset:8.2f} ms")
 
 
+def fork(name: str) -> None:
+    """Prints what a fork of a trial takes of the branch that goes on."""
+    scenario = LoadScenario(filename=name, overrides=["planner.type=dwb"])
+    diagram, other = (MakeTrialDiagram(scenario) for _ in range(2))
+    simulator = MakeTrialSimulator(diagram)
+    simulator.AdvanceTo(4.0)
+    context = simulator.get_context()
+
+    def go_on() -> None:
+        copy = context.Clone()
+        MakeTrialSimulator(diagram, copy, ends=False).AdvanceTo(24.0)
+
+    branch = seconds(go_on, 1)
+    clone = seconds(context.Clone, 50)
+    transfer = seconds(lambda: TransferContext(diagram, context, other), 20)
+    for what, time_taken in (("Clone", clone), ("TransferContext", transfer)):
+        share = time_taken / branch
+        print(f"  {name:9} {what:15} {1e3 * time_taken:5.2f} ms  {share:6.2%}")
+
+
 def main() -> None:
     """Prints the table."""
     print(f"A whole trial of {DURATION:g} s, headless, one core")
@@ -134,6 +155,9 @@ def main() -> None:
                 flush=True,
             )
     resets()
+    print("\nA fork of a trial with dwb, of a branch of 20 s (bar 2 %)")
+    for name in ("crossing", "passing", "cafe"):
+        fork(name)
     print("\nShare of the time, by block, in %")
     shares = {
         f"{name}, {people}": profile(sixty_seconds(name, people))
