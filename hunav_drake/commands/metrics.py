@@ -112,6 +112,7 @@ def _evaluate(options: argparse.Namespace) -> int:
         check_out(options.out)
     from hunav_drake.commands.evaluate import evaluate_file, lacks_walls
     from hunav_drake.runs.result_files import WriteResult
+    from hunav_drake.systems.evaluation.encounters import find_encounters
     from hunav_drake.trial.result import (
         FormatMetricsTable,
         with_encounters,
@@ -132,7 +133,7 @@ def _evaluate(options: argparse.Namespace) -> int:
         if options.situations:
             result = with_situations(result)
         if options.encounters:
-            result = with_encounters(result)
+            result = with_encounters(result, result.recording)
     # Before printing, which the reader of a pipe may end early.
     folder = None
     if options.out is not None:
@@ -144,6 +145,12 @@ def _evaluate(options: argparse.Namespace) -> int:
         print(result_to_json(make_row(result)))
         return DONE
     print(FormatMetricsTable(result))
+    if options.encounters:
+        period = find_encounters(result.recording).period
+        print(
+            "\nEncounters assume straight lines between samples, which are up"
+            f" to {period:.3g} s\napart."
+        )
     if lacks_walls(result):
         print(
             "\nThe walls are unknown, so metrics that depend on them have no"

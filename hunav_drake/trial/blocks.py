@@ -54,6 +54,9 @@ if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
 
+EACH_STEP = "encounters"
+"""The name of the system that records each time step, if there is one."""
+
 # The number of the planner's perception and localization, beside sensors: their
 # draws do not depend on the number of sensors.
 _OF_PLANNER = 999
@@ -286,35 +289,42 @@ def AddPlanner(
     )
 
 
-def AddEvaluator(
+def AddEvaluators(
     builder: DiagramBuilder,
     part: RobotPart,
     obstacles: Obstacles,
     feels_forces: bool,
-) -> Evaluator:
+) -> list[Evaluator]:
     """Adds the system that records a robot to a builder, as "evaluator".
 
-    `feels_forces` says whether contact forces are computed.
+    For exact encounters, "encounters" records each time step, too, if the other
+    one does not. `feels_forces` says whether contact forces are computed.
     """
     scenario = part.scenario
-    robot = scenario.robot
-    evaluator: Evaluator = builder.AddNamedSystem(
-        f"{part.prefix}evaluator",
-        Evaluator(
-            scenario.humans,
-            # (Several robots reach their goals one after the other.)
-            config=dataclasses.replace(scenario.evaluator, stop_at_goal=False)
-            if part.name
-            else scenario.evaluator,
-            time_step=scenario.simulation.time_step,
-            goal_tolerance=robot.goal_tolerance,
-            goal_yaw_tolerance=robot.goal_yaw_tolerance,
-            robot_max_speed=robot.limits.max_speed,
-            obstacles=obstacles,
-            feels_forces=feels_forces,
-        ),
-    )
-    return evaluator
+    robot, time_step = scenario.robot, scenario.simulation.time_step
+    config = scenario.evaluator
+    if part.name:
+        # (Several robots reach their goals one after the other.)
+        config = dataclasses.replace(config, stop_at_goal=False)
+    configs = {"evaluator": config}
+    if config.encounters and config.period > time_step:
+        configs[EACH_STEP] = dataclasses.replace(config, period=time_step)
+    return [
+        builder.AddNamedSystem(
+            f"{part.prefix}{name}",
+            Evaluator(
+                scenario.humans,
+                config=it,
+                time_step=time_step,
+                goal_tolerance=robot.goal_tolerance,
+                goal_yaw_tolerance=robot.goal_yaw_tolerance,
+                robot_max_speed=robot.limits.max_speed,
+                obstacles=obstacles,
+                feels_forces=feels_forces,
+            ),
+        )
+        for name, it in configs.items()
+    ]
 
 
 def AddMonitor(builder: DiagramBuilder, part: RobotPart) -> TrialMonitor:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 import dataclasses
+import itertools
 from typing import TYPE_CHECKING, Any
 
 from pydrake.common import RandomGenerator
@@ -21,7 +22,7 @@ from hunav_drake.systems.common.ports import JoinPorts
 from hunav_drake.systems.people import HumanConfig
 from hunav_drake.systems.sensing.delay import AddDelay
 from hunav_drake.trial.blocks import (
-    AddEvaluator,
+    AddEvaluators,
     AddGoal,
     AddLocalization,
     AddMonitor,
@@ -112,7 +113,8 @@ def MakeTrialDiagram(
     Returns:
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
         (see `RobotConfig` and `PlannerConfig`), "goal" (if there is one),
-        "evaluator" (`Evaluator`), "monitor" (`TrialMonitor`), "scene"
+        "evaluator" (`Evaluator`; with `EvaluatorConfig.encounters` mostly
+        "encounters", another one), "monitor" (`TrialMonitor`), "scene"
         (`AddScene`), the sensors (see `AddSensors`) and, unless the planner
         sees everything, "perception" (see `AddPerception`); of "localization"
         and "perception_delay" (see `AddLocalization`) and of "command_delay",
@@ -152,7 +154,7 @@ def MakeTrialDiagram(
         AddPlanner(builder, part, obstacles, len(parts) - 1) for part in parts
     ]
     evaluators = [
-        AddEvaluator(builder, part, obstacles, robot.feels_forces)
+        AddEvaluators(builder, part, obstacles, robot.feels_forces)
         for part, robot in zip(parts, robots, strict=True)
     ]
     monitors = [AddMonitor(builder, part) for part in parts]
@@ -169,7 +171,7 @@ def MakeTrialDiagram(
         "query": scene.query_object,
     }
     outputs: dict[str, OutputPort | None] = {**truth}
-    for part, robot, planner, evaluator, monitor, touch, around in zip(
+    for part, robot, planner, recorders, monitor, touch, around in zip(
         *(parts, robots, planners, evaluators, monitors, touches),
         AddSurroundings(builder, parts, robots, humans.human_states),
         strict=True,
@@ -197,8 +199,8 @@ def MakeTrialDiagram(
             "velocity_command": planner.velocity_command,
             "planner_status": planner.status,
             "planner_path": planner.path,
-            "metrics": evaluator.GetOutputPort("metrics"),
-            "recording": evaluator.GetOutputPort("recording"),
+            "metrics": recorders[0].GetOutputPort("metrics"),
+            "recording": recorders[0].GetOutputPort("recording"),
             "trial_status": monitor.GetOutputPort("trial_status"),
         }
         command = AddDelay(
@@ -211,7 +213,8 @@ def MakeTrialDiagram(
         )
         builder.Connect(command, robot.velocity_command)
         ConnectByName(builder, {**given, **around.bodies}, robot.systems[0])
-        ConnectByName(builder, given, *robot.systems[1:], evaluator, monitor)
+        takers = [*robot.systems[1:], *recorders, monitor]
+        ConnectByName(builder, given, *takers)
         ConnectByName(builder, seen, planner.system)
         ports = with_prefix({**own, **sensed, **planner.costmaps}, part)
         if part.name:
@@ -236,7 +239,9 @@ def MakeTrialDiagram(
     ConnectByName(builder, {**outputs, **truth}, scene.system)
 
     if full.evaluator.start == "by_trigger":
-        first, *more = (it.GetInputPort("trigger") for it in evaluators)
+        first, *more = (
+            it.GetInputPort("trigger") for it in itertools.chain(*evaluators)
+        )
         builder.ExportInput(first, "trigger")
         for port in more:
             builder.ConnectInput("trigger", port)

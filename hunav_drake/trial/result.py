@@ -240,11 +240,11 @@ def with_situations(result: TrialResult) -> TrialResult:
     return with_values(result, situation_values(result.recording, evaluation))
 
 
-def with_encounters(result: TrialResult) -> TrialResult:
-    """Returns a result that also has those of `encounter_values`."""
+def with_encounters(result: TrialResult, recording: Recording) -> TrialResult:
+    """Returns a result that also has a recording's `encounter_values`."""
     from hunav_drake.systems.evaluation.encounters import encounter_values
 
-    return with_values(result, encounter_values(result.recording))
+    return with_values(result, encounter_values(recording))
 
 
 def with_values(

@@ -27,6 +27,7 @@ from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.trial_monitor import TrialStatus
 from hunav_drake.systems.people.furniture_places import doors_of
 from hunav_drake.systems.planning.planner_error import PlannerError
+from hunav_drake.trial.blocks import EACH_STEP
 from hunav_drake.trial.diagram import CheckTrialDiagram, MakeTrialDiagram
 from hunav_drake.trial.end import explain_end
 from hunav_drake.trial.interrupts import interrupts_between_steps
@@ -401,23 +402,29 @@ def _result(
     It has failed if a planner has ended it, even one that was at its goal.
     """
     config = scenario.evaluator
-    first, *others = (
-        dataclasses.replace(
-            _recording_of(part, diagram, context).since(since),
-            hunavsim_forces=config.forces == "hunavsim",
-            doors=doors_of(scenario.places, scenario.world),
-            robot_name=part.name,
-            end_time=end.time,
+
+    def recorded(system: str) -> Recording:
+        first, *others = (
+            dataclasses.replace(
+                _recording_of(part, diagram, context, system).since(since),
+                hunavsim_forces=config.forces == "hunavsim",
+                doors=doors_of(scenario.places, scenario.world),
+                robot_name=part.name,
+                end_time=end.time,
+            )
+            for part, end in zip(parts, ends, strict=True)
         )
-        for part, end in zip(parts, ends, strict=True)
-    )
-    recording = dataclasses.replace(first, others=tuple(others))
+        return dataclasses.replace(first, others=tuple(others))
+
+    recording = recorded("evaluator")
+    has_steps = diagram.HasSubsystemNamed(f"{parts[0].prefix}{EACH_STEP}")
+    steps = recorded(EACH_STEP) if has_steps else recording
     end_time = _time_of(context, recording)
     if len(parts) < len(robot_parts(scenario)):
         # (The trial goes on after the end of those that are left.)
         times = (end_time if it.time is None else it.time for it in ends)
         end_time = max(since, *times)
-        recording = recording.until(end_time)
+        recording, steps = recording.until(end_time), steps.until(end_time)
     told = [_told(part, end) for part, end in zip(parts, ends, strict=True)]
     if failure is not None and str(failure) not in (it.message for it in ends):
         told.append(str(failure))
@@ -446,7 +453,7 @@ def _result(
     )
     if config.situations:
         result = with_situations(result)
-    return with_encounters(result) if config.encounters else result
+    return with_encounters(result, steps) if config.encounters else result
 
 
 def _told(part: RobotPart, end: _End) -> str:
@@ -503,9 +510,12 @@ def _end_message(
 
 
 def _recording_of(
-    part: RobotPart, diagram: Diagram, context: Context
+    part: RobotPart,
+    diagram: Diagram,
+    context: Context,
+    system: str = "evaluator",
 ) -> Recording:
-    evaluator = diagram.GetSubsystemByName(f"{part.prefix}evaluator")
+    evaluator = diagram.GetSubsystemByName(f"{part.prefix}{system}")
     recording: Recording = evaluator.GetRecording(
         evaluator.GetMyContextFromRoot(context)
     )

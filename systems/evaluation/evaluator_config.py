@@ -70,7 +70,8 @@ class EvaluatorConfig:
 
     encounters: StrictBool = False
     """Whether results also have the metrics of encounters, as
-    `time_in_intimate`, at exact instants between samples."""
+    `time_in_intimate`, at exact instants: they are those of all time steps,
+    whatever the period."""
 
     @model_validator(mode="before")
     @classmethod

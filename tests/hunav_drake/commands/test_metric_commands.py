@@ -48,6 +48,15 @@ def test_evaluate_prints_the_table(hunav, recording):
         assert metric.family in table
 
 
+def test_evaluate_says_how_exact_encounters_are(hunav, recording):
+    code, out, err = hunav("evaluate", recording, "--encounters")
+    assert (code, err) == (0, "")
+    assert words(out)["groups_cut"] == ["0"]
+    period = float(np.diff(Recording.load(recording).times).max())
+    assert f"up to {period:.3g} s\napart" in out
+    assert max(map(len, out.splitlines())) <= 80
+
+
 def test_evaluate_takes_names_a_goal_and_a_reference(hunav, recording):
     code, out, _ = hunav(
         *("evaluate", recording, "--metrics", "completed", "ade", "danger"),

@@ -6,7 +6,13 @@ from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 
-from hunav_drake import LoadScenario, RunTrial
+from hunav_drake import (
+    GetTrialResult,
+    LoadScenario,
+    MakeTrialDiagram,
+    MakeTrialSimulator,
+    RunTrial,
+)
 from hunav_drake.systems.evaluation import ZONES, Recording, find_encounters
 from hunav_drake.systems.evaluation.chords import (
     chords_within,
@@ -348,6 +354,38 @@ def test_results_have_them_if_asked(walked):
     rough = find_encounters(plain.recording).values()
     for name, (value, _) in values.items():
         assert rough[name][0] == pytest.approx(value, abs=0.05, nan_ok=True)
+
+
+def encounters_of(result):
+    """Returns the metrics of encounters of a result, as text of all digits."""
+    families = result.metrics.attrs["families"]
+    names = [it for it in result.metrics.index if families[it] == "encounters"]
+    assert names
+    return {name: repr(float(result.metrics[name])) for name in names}
+
+
+@pytest.mark.parametrize("name", ["crossing", "three_robots"])
+def test_they_are_the_same_at_any_period_and_after_a_fork(name):
+    found = []
+    for period in (0.05, 0.1, 1.0):
+        scenario = LoadScenario(
+            filename=name,
+            overrides=[
+                "evaluator.encounters=true",
+                f"evaluator.period={period}",
+                "simulation.duration=9.0",
+            ],
+        )
+        found.append(encounters_of(RunTrial(scenario)))
+        diagram = MakeTrialDiagram(scenario)
+        simulator = MakeTrialSimulator(diagram)
+        simulator.AdvanceTo(4.35)
+        fork = simulator.get_context().Clone()
+        simulator.AdvanceTo(6.0)
+        MakeTrialSimulator(diagram, fork).AdvanceTo(9.0)
+        result = GetTrialResult(scenario, diagram, fork)
+        found.append(encounters_of(result))
+    assert all(values == found[0] for values in found)
 
 
 def test_several_robots_have_their_names():
