@@ -32,8 +32,8 @@ from hunav_drake.systems.scene.palette import (
     PROXEMIC_RINGS,
     REACTION,
     RECORDED,
-    TOPS,
     accent,
+    top_of,
 )
 from hunav_drake.systems.scene.scene_config import (
     PROXEMIC_RADII,
@@ -74,6 +74,7 @@ class _Board(NamedTuple):
     height: float
     text: str
     colors: Colors
+    owner: Rgba | None
     person: int = -1
 
 
@@ -138,9 +139,9 @@ class FilmOverlays:
         for i, human in enumerate(self._trial.humans):
             for goal in human.goals:
                 place, r = np.array(goal[:2]), goal_radius(i)
-                floor.Band(place, r - GOAL_WIDTH, r, TOPS[i % len(TOPS)])
+                floor.Band(place, r - GOAL_WIDTH, r, top_of(i))
                 dot = place + circle(GOAL_DOT, 24)
-                floor.Fill(dot, TOPS[i % len(TOPS)])
+                floor.Fill(dot, top_of(i))
         head = np.array([[0.62, 0], [-0.30, 0.42], [-0.10, 0], [-0.30, -0.42]])
         for k, robot in enumerate(self._trial.robots.values()):
             if robot.goal is None:
@@ -161,7 +162,7 @@ class FilmOverlays:
         )
         n = len(self._trial.humans)
         for i in range(rows.shape[1]):
-            color = TOPS[i % len(TOPS)] if i < n else accent(i - n)
+            color = top_of(i) if i < n else accent(i - n)
             places = rows[:, i, [X, Y]]
             for k in range(len(ages) - 1):
                 rest = 1.0 - ages[k] / WALKED_TIME
@@ -185,14 +186,16 @@ class FilmOverlays:
                     activity = "reacts"
                 text = tag_text(human.name, human.behavior_name, activity)
                 colors = REACTING if signs[i] else CALM
-                yield _Board(place, TAG_Z + lift, text, colors, i)
+                yield _Board(place, TAG_Z + lift, text, colors, top_of(i), i)
             if "speech" in self._shown and says[i]:
                 text = bubble_text(says[i])
-                yield _Board(place, BUBBLE_Z + lift, text, SPEECH, i)
-        for name, row in zip(self._trial.robots, shot.robots, strict=True):
+                yield _Board(place, BUBBLE_Z + lift, text, SPEECH, top_of(i), i)
+        for k, name in enumerate(self._trial.robots):
             if "names" in self._shown:
                 text = tag_text(figure_of(name), "")
-                yield _Board(row[[X, Y]], ROBOT_TAG_Z, text, CALM)
+                owner = accent(k) if name else None
+                place = shot.robots[k, [X, Y]]
+                yield _Board(place, ROBOT_TAG_Z, text, CALM, owner)
 
     def _DrawBoards(
         self, picture: Image.Image, shot: Shot, reacts: Mask
@@ -212,7 +215,9 @@ class FilmOverlays:
             if not np.isfinite(pixels[i]).all():
                 continue
             board = boards[i]
-            tag = tag_picture(board.text, board.colors, letters)
+            tag = tag_picture(
+                board.text, board.colors, letters, owner=board.owner
+            )
             x, y = pixels[i]
             left, top = round(x - tag.width / 2), round(y - tag.height)
             if 0.0 <= x < picture.width:

@@ -98,8 +98,8 @@ def check_time_step(value: float) -> float:
     return check_number("time_step", value, "s", low_open=True)
 
 
-def check_count(name: str, value: int) -> int:
-    """Returns a count, checked not to be negative.
+def check_count(name: str, value: int, least: int = 0) -> int:
+    """Returns a count, also one of NumPy, checked not to be too small.
 
     Raises:
         ValueError: If it is.
@@ -111,8 +111,8 @@ def check_count(name: str, value: int) -> int:
         raise TypeError(
             f"{name} must be a whole number, got {value!r:.80}"
         ) from error
-    if value < 0:
-        raise ValueError(f"{name} must be at least 0, got {value}")
+    if value < least:
+        raise ValueError(f"{name} must be at least {least}, got {value}")
     return value
 
 

@@ -122,6 +122,17 @@ def fault(rule: str) -> PydanticCustomError:
     return PydanticCustomError("rule", "{rule}", {"rule": rule})
 
 
+def check_order(config: Any, low: str, high: str) -> None:
+    """Checks that a number of a configuration is not below another one.
+
+    Raises:
+        PydanticCustomError: If it is.
+    """
+    least, most = getattr(config, low), getattr(config, high)
+    if most < least:
+        raise fault(f"{high} must be at least {low} ({least:g}), got {most:g}")
+
+
 def one_line(value: str) -> str:
     """Returns a text, checked to fit in one line of a terminal.
 

@@ -163,6 +163,11 @@ def accent(index: int) -> Rgba:
     return ROBOT_ACCENTS[index % len(ROBOT_ACCENTS)]
 
 
+def top_of(index: int) -> Rgba:
+    """Returns the color of the top of the person at an index, from 0."""
+    return TOPS[index % len(TOPS)]
+
+
 def clothes(index: int, figure: FigureConfig | None = None) -> Clothes:
     """Returns the clothes of the person at an index, from 0.
 
@@ -173,7 +178,7 @@ def clothes(index: int, figure: FigureConfig | None = None) -> Clothes:
     # (Of children, hair is neither gray nor dyed.)
     hair = _HAIR if age >= ADULT_AGE else _HAIR[:4]
     return Clothes(
-        top=TOPS[index % len(TOPS)],
+        top=top_of(index),
         trousers=_TROUSERS[index % len(_TROUSERS)],
         shoes=_SHOES,
         skin=_SKIN[index % len(_SKIN)],

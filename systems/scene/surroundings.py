@@ -38,10 +38,10 @@ from hunav_drake.systems.scene.meshes import (
 from hunav_drake.systems.scene.palette import (
     FLOOR,
     MATERIALS,
-    TOPS,
     WALL,
     WALL_CUT,
     accent,
+    top_of,
 )
 from hunav_drake.systems.scene.visuals import AddVisual, as_shape
 from hunav_drake.systems.world.shapes import World
@@ -321,7 +321,7 @@ def AddGoalMarks(
     mark = partial(AddVisual, plant, plant.world_body(), perceived=False)
     for i, human in enumerate(humans):
         level = i % _GOAL_LEVELS
-        color = TOPS[i % len(TOPS)]
+        color = top_of(i)
         height, radius = _MARK_HIGH + 0.001 * level, goal_radius(i)
         target = as_shape(
             join(

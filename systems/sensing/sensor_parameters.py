@@ -6,7 +6,6 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, StrictBool, StrictFloat, model_validator
 from pydantic.dataclasses import dataclass as checked_dataclass
-from pydantic_core import PydanticCustomError
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.field_docs import explain
@@ -15,6 +14,7 @@ from hunav_drake.systems.common.schema import (
     Integer,
     Name,
     Pose,
+    fault,
     within,
 )
 
@@ -105,7 +105,7 @@ class LidarParameters(Mount):
     def _check(self) -> Self:
         _check_ranges(self.range_min, self.range_max)
         if self.people == "legs" and self.height > LEG_HEIGHT:
-            raise _fault(
+            raise fault(
                 f"height must be at most {LEG_HEIGHT:g} m where it meets legs,"
                 f" got {self.height:g}; lower it, or set people: discs"
             )
@@ -240,12 +240,8 @@ class CameraParameters(Mount):
         return self
 
 
-def _fault(rule: str) -> PydanticCustomError:
-    return PydanticCustomError("rule", "{rule}", {"rule": rule})
-
-
 def _check_ranges(low: float, high: float) -> None:
     if high <= low:
-        raise _fault(
+        raise fault(
             f"range_max must be above range_min ({low:g} m), got {high:g}"
         )

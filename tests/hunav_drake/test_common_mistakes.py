@@ -93,6 +93,16 @@ YAML = {
         "",
         r"11: humans\[0\] \('ana'\).pose: is missing",
     ),
+    "a least speed above the largest": (
+        "humans:",
+        "planner: {type: dwb, min_vel_x: 0.5, max_vel_x: 0.3}\nhumans:",
+        r"10: planner: max_vel_x must be at least min_vel_x \(0.5\), got 0.3",
+    ),
+    "a least turn rate above the largest": (
+        "humans:",
+        "planner: {type: dwb, recoveries: {max_spin: 0.3}}\nhumans:",
+        r"10: planner.recoveries: max_spin must be at least min_spin \(0.4\)",
+    ),
     "a goal in a wall": (
         "goal: [8, 2, 0]",
         "goal: [10.1, 2, 0]",

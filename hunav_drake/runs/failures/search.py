@@ -38,7 +38,7 @@ from hunav_drake.scenario.error import Fault, Finding, Loc
 from hunav_drake.scenario.overrides import apply_overrides
 from hunav_drake.scenario.writer import plain
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.checks import check_choice
+from hunav_drake.systems.common.checks import check_choice, check_count
 from hunav_drake.systems.common.random_streams import (
     Purpose,
     check_seed,
@@ -120,10 +120,8 @@ def Falsify(
         OSError: If the folder cannot be written, or is in use.
     """
     check_choice("method", method, METHODS)
-    if not isinstance(budget, int) or budget < 1:
-        raise ValueError(f"budget must be a positive number, got {budget!r}")
-    if not isinstance(polish, int) or polish < 0:
-        raise ValueError(f"polish must be a number from 0, got {polish!r}")
+    budget = check_count("budget", budget, least=1)
+    polish = check_count("polish", polish)
     check_seed(seed)
     places = Places()
     if not isinstance(space, SearchSpace):

@@ -2,7 +2,15 @@
 
 from dataclasses import field
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    NamedTuple,
+    Self,
+)
 
 import numpy as np
 from pydantic import (
@@ -11,6 +19,7 @@ from pydantic import (
     StrictBool,
     StrictFloat,
     ValidationInfo,
+    model_validator,
 )
 from pydantic.dataclasses import dataclass
 
@@ -25,6 +34,7 @@ from hunav_drake.systems.common.schema import (
     PositiveLength,
     PositiveSpeed,
     Speed,
+    check_order,
     fault,
     within,
 )
@@ -316,6 +326,11 @@ class DwbPlanner(NavigationPlanner):
 
     critics: CriticParameters = field(default_factory=CriticParameters)
     """Other parameters of the critics."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        check_order(self, "min_vel_x", "max_vel_x")
+        return self
 
     @property
     def dwb_profile(self) -> DwbProfile:

@@ -4,10 +4,10 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import field
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from pydantic import Field, StrictBool, StrictFloat
+from pydantic import Field, StrictBool, StrictFloat, model_validator
 from pydantic.dataclasses import dataclass
 
 from hunav_drake.systems.common.arrays import Array
@@ -19,6 +19,7 @@ from hunav_drake.systems.common.schema import (
     Integer,
     Length,
     PositiveLength,
+    check_order,
     within,
 )
 from hunav_drake.systems.planning.costmap.costmap_config import (
@@ -105,6 +106,11 @@ class Recoveries:
 
     look_ahead: Seconds = 2.0
     """Time horizon of the collision check while backing up, in seconds."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        check_order(self, "min_spin", "max_spin")
+        return self
 
 
 class NavigationSetup(NamedTuple):

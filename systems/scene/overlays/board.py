@@ -37,8 +37,8 @@ from hunav_drake.systems.scene.palette import (
     REACTION,
     RECORDED,
     SCAN,
-    TOPS,
     accent,
+    top_of,
 )
 from hunav_drake.systems.scene.scene_config import (
     COSTMAPS,
@@ -235,7 +235,7 @@ class Board:
         for path, height in self.boards:
             self.meshcat.SetProperty(path, "position", [0.0, 0.0, height])
         for walker in self.walkers:
-            radius, color = 0.06, TOPS[walker.row % len(TOPS)]
+            radius, color = 0.06, top_of(walker.row)
             if walker.is_robot:
                 radius, color = 0.07, accent(walker.row)
             for k in range(WALKED_DOTS):
@@ -247,7 +247,9 @@ class Board:
             for k in range(num_scan_dots.get(name, 0)):
                 self._AddDot(self.Scan(k, name), 0.025, SCAN)
             path = self.NameOf(name)
-            tag = TagBoard(tag_text(figure_of(name), ""))
+            tag = TagBoard(
+                tag_text(figure_of(name), ""), owner=accent(i) if name else None
+            )
             self.meshcat.SetObject(f"{path}/0", tag)
             self.meshcat.SetProperty(path, "position", [0.0, 0.0, ROBOT_TAG_Z])
         # An empty object that tells the page of a replay to show a clock.
@@ -295,11 +297,14 @@ class Board:
             text = tag_text(human.name, human.behavior_name, activity)
             path = self.Tag(name, k)
             colors = REACTING if activity == "reacts" else CALM
-            self.meshcat.SetObject(path, TagBoard(text, colors))
+            self.meshcat.SetObject(
+                path, TagBoard(text, colors, owner=top_of(i))
+            )
         sayings = self.sayings[i].values() if self.sayings else ()
         for k, text in enumerate(sayings):
             path = self.Bubble(name, k)
-            self.meshcat.SetObject(path, TagBoard(bubble_text(text), SPEECH))
+            bubble = TagBoard(bubble_text(text), SPEECH, owner=top_of(i))
+            self.meshcat.SetObject(path, bubble)
             self.meshcat.SetProperty(path, "visible", False)
 
 

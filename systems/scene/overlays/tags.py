@@ -5,7 +5,7 @@ import io
 
 from PIL import Image, ImageDraw, ImageFont
 from pydrake.common import MemoryFile
-from pydrake.geometry import InMemoryMesh, Mesh
+from pydrake.geometry import InMemoryMesh, Mesh, Rgba
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import Activity, Posture, Signal
@@ -115,35 +115,66 @@ def _cut(text: str, longest: int) -> str:
     return text if len(text) <= longest else text[: longest - 1] + "\u2026"
 
 
-@lru_cache(maxsize=512)
 def tag_picture(
-    text: str, colors: Colors = CALM, letters: int = _LETTERS
+    text: str,
+    colors: Colors = CALM,
+    letters: int = _LETTERS,
+    *,
+    owner: Rgba | None = None,
 ) -> Image.Image:
     """Returns a line of text on a board as an RGBA picture.
 
-    `colors` are those of letters and board; letters are in pixels.
+    `colors` are those of letters and board; letters are in pixels. A dot in the
+    color of its `owner` tells whose board it is, also where several are close.
     """
+    dot = owner and tuple(
+        round(255 * it) for it in (owner.r(), owner.g(), owner.b())
+    )
+    return _tag_picture(text, colors, letters, dot)
+
+
+@lru_cache(maxsize=512)
+def _tag_picture(
+    text: str, colors: Colors, letters: int, dot: tuple[int, ...] | None
+) -> Image.Image:
     ink, board = colors
     font = ImageFont.load_default(letters)
     left, _, right, _ = font.getbbox(text)
-    size = (int(right - left + 0.9 * letters), int(1.5 * letters))
+    # The dot, with its distance to the text.
+    beside = letters if dot else 0.0
+    size = (int(right - left + 0.9 * letters + beside), int(1.5 * letters))
     picture = Image.new("RGBA", size, (*board, 0))
     draw = ImageDraw.Draw(picture)
     draw.rounded_rectangle(
         (0, 0, size[0] - 1, size[1] - 1), 0.35 * letters, fill=(*board, 225)
     )
-    middle = (size[0] / 2, size[1] / 2)
+    if dot:
+        wide, rim = round(0.7 * letters), max(round(letters / 14), 1)
+        x, y = round(0.45 * letters), (size[1] - wide) // 2
+        for inset, color in ((0, ink), (rim, dot)):
+            disc = _disc(wide - 2 * inset)
+            picture.paste((*color, 255), (x + inset, y + inset), disc)
+    middle = ((size[0] + beside) / 2, size[1] / 2)
     draw.text(middle, text, fill=(*ink, 255), font=font, anchor="mm")
     return picture
 
 
-def TagBoard(text: str, colors: Colors = CALM) -> Mesh:
+def _disc(size: int) -> Image.Image:
+    """Returns a disc as a mask, with smooth edges; its size is in pixels."""
+    fine = Image.new("L", (8 * size, 8 * size))
+    ImageDraw.Draw(fine).ellipse((0, 0, 8 * size - 1, 8 * size - 1), fill=255)
+    return fine.resize((size, size), Image.Resampling.BOX)
+
+
+def TagBoard(
+    text: str, colors: Colors = CALM, *, owner: Rgba | None = None
+) -> Mesh:
     """Returns an upright board with a text for Meshcat.
 
     It faces +z of its frame, with the text along +x and up along +y, like a
-    picture on a screen; it is emissive.
+    picture on a screen; it is emissive. See `tag_picture`.
     """
-    picture = tag_picture(text, colors)
+    picture = tag_picture(text, colors, owner=owner)
     # Opaque corners: Meshcat does not support partly transparent boards.
     flat = Image.new("RGB", picture.size, colors[1])
     flat.paste(picture, mask=picture.getchannel("A"))

@@ -34,7 +34,7 @@ from hunav_drake.systems.scene.overlays.tags import (
     tag_picture,
     tag_text,
 )
-from hunav_drake.systems.scene.palette import TOPS
+from hunav_drake.systems.scene.palette import TOPS, top_of
 from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS, Rays
 from hunav_drake.systems.world.maps.cost_picture import cost_colors
 from hunav_drake.systems.world.maps.costs import LETHAL, NO_MAP, Costmap
@@ -484,6 +484,19 @@ def test_tags_tell_name_behavior_and_activity():
     assert calm.size == reacting.size
     middle = (calm.width // 2, 2)
     assert calm.getpixel(middle) != reacting.getpixel(middle)
+
+
+def test_a_dot_on_a_tag_has_the_color_of_its_owner():
+    plain = tag_picture("ana")
+    for letters in (11, 28):
+        for k in range(4):
+            color = top_of(k)
+            rgb = [round(255 * it) for it in (color.r(), color.g(), color.b())]
+            tag = tag_picture("ana", letters=letters, owner=color)
+            shown = tag.getpixel((round(0.8 * letters), tag.height // 2))
+            np.testing.assert_allclose(shown, [*rgb, 255], atol=2)
+    assert tag.height == plain.height
+    assert tag.width > plain.width
 
 
 def lab(rgb):

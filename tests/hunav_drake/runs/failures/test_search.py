@@ -359,6 +359,16 @@ def test_bad_arguments_are_refused(tmp_path, arguments, words):
         Falsify(write_space(tmp_path), **arguments)
 
 
+def test_counts_may_be_those_of_numpy(tmp_path):
+    space = write_space(tmp_path)
+    one = Falsify(space, method="random", budget=np.int64(2))
+    assert len(one.runs) == 2
+    with pytest.raises(
+        TypeError, match=r"budget must be a whole number, got 2\.5"
+    ):
+        Falsify(space, budget=2.5)
+
+
 def test_without_cma_it_tells_how_to_get_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cma", None)
     with pytest.raises(ImportError, match=r"hunav_drake\[falsify\].*random"):
