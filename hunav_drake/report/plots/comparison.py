@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pandas as pd
 
+from hunav_drake.report.plots.runs import check_any
 from hunav_drake.report.plots.style import (
     DASHES,
     PALETTE,
@@ -293,6 +294,7 @@ def _prepared(
 ) -> tuple[pd.DataFrame, str, str]:
     """Returns the table of runs, the metric, and the column to compare."""
     table = runs if isinstance(runs, pd.DataFrame) else tabulate_runs(runs)
+    check_any(table)
     table = with_numbers(with_names(table), metric)
     if metric is None:
         metric = default_metric(table)

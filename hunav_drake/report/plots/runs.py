@@ -1,6 +1,6 @@
 """The input of plots: runs and their names."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from typing import Any
 
 from hunav_drake.runs.settings import short_settings
@@ -20,12 +20,15 @@ def recordings(data: Runs) -> dict[str, Recording]:
 
     Raises:
         TypeError: If the data are not of type `Runs`.
+        ValueError: If there is no run.
     """
     if isinstance(data, Recording | TrialResult):
         return {"": _recording(data)}
-    if isinstance(data, Mapping):
-        return {str(name): _recording(run) for name, run in data.items()}
-    results = list(data)
+    runs = data if isinstance(data, Mapping) else list(data)
+    check_any(runs)
+    if isinstance(runs, Mapping):
+        return {str(name): _recording(run) for name, run in runs.items()}
+    results = runs
     for result in results:
         if not isinstance(result, TrialResult):
             raise TypeError(
@@ -36,6 +39,16 @@ def recordings(data: Runs) -> dict[str, Recording]:
         name: result.recording
         for name, result in zip(run_names(results), results, strict=True)
     }
+
+
+def check_any(runs: Sized) -> None:
+    """Checks that there is a run to draw.
+
+    Raises:
+        ValueError: If there is none.
+    """
+    if not len(runs):
+        raise ValueError("there are no runs to draw; give at least one")
 
 
 def robots_apart(runs: Mapping[str, Recording]) -> dict[str, Recording]:

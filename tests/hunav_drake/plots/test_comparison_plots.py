@@ -178,6 +178,15 @@ def test_what_figures_lack_is_told(tmp_path):
     assert not (tmp_path / "no").exists()
 
 
+@pytest.mark.parametrize(
+    "plot", [plot_comparison, plot_differences, plot_distribution]
+)
+def test_a_table_without_runs_is_refused(plot):
+    for nothing in (runs_of(a=A).iloc[:0], pd.DataFrame(), []):
+        with pytest.raises(ValueError, match="there are no runs to draw"):
+            plot(nothing, "path_length")
+
+
 def test_scenarios_are_not_averaged():
     """A planner that lacks seeds in a hard one would look fast."""
     hall, yard = runs_of(a=A, b=B), runs_of(a=10 * A, b=[])

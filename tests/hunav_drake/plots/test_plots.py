@@ -109,6 +109,9 @@ def test_no_plot_needs_a_new_figure(plot):
 def test_what_is_no_run_is_refused(plot):
     with pytest.raises(TypeError, match="got float"):
         plot([1.0])
+    for nothing in ([], {}):
+        with pytest.raises(ValueError, match="there are no runs to draw"):
+            plot(nothing)
 
 
 @pytest.mark.parametrize(
