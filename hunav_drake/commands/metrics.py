@@ -146,7 +146,8 @@ def _evaluate(options: argparse.Namespace) -> int:
         return DONE
     print(FormatMetricsTable(result))
     if options.encounters:
-        period = find_encounters(result.recording).period
+        run = result.recording
+        period = find_encounters(run, robot=run.robot_name).period
         print(
             "\nEncounters assume straight lines between samples, which are up"
             f" to {period:.3g} s\napart."

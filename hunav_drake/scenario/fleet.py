@@ -126,7 +126,8 @@ def _place(scenario: Scenario, i: int, loc: Loc) -> Loc:
 
 # The systems of each robot, and those of a trial: see `MakeTrialDiagram`.
 _SYSTEMS = (
-    *("robot", "contacts", "planner", "evaluator", "monitor", "goal"),
+    *("robot", "contacts", "planner", "monitor", "goal"),
+    *("evaluator", "encounters"),
     *("perception", "perception_delay", "localization", "command_delay"),
     *("other_robot_states", "seen"),
 )

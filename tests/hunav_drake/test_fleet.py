@@ -495,10 +495,11 @@ def test_a_table_of_several_robots_is_read(tmp_path):
 
 
 def test_names_that_would_be_taken_twice_are_refused():
-    sensor = "sensors: [{type: lidar, mount: world, name: robot}]\n"
     robot = BOB.replace("bob", "sensor")
-    found = faults(f"robots:{ANNA}{robot}{PEOPLE}{sensor}")
-    assert "called 'sensor_robot'" in found["robots[1] ('sensor').name"]
+    for name in ("robot", "encounters"):
+        sensor = f"sensors: [{{type: lidar, mount: world, name: {name}}}]\n"
+        found = faults(f"robots:{ANNA}{robot}{PEOPLE}{sensor}")
+        assert f"called 'sensor_{name}'" in found["robots[1] ('sensor').name"]
     lidars = (
         "sensors: [{type: lidar, mount: world},"
         " {type: lidar, mount: world, name: anna}]\n"

@@ -106,6 +106,7 @@ def EstimateFailureProbability(
         raise ValueError(
             f"budget must be a positive whole number, got {budget!r}"
         )
+    budget = int(budget)  # (NumPy's are no JSON.)
     cell = scene_cell(CheckScenario(scenario), robustness, setting="risk")
     check_draws(scenario, cell)
     about = {"risk": cell.text, "robustness": robustness}

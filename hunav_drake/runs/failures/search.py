@@ -114,6 +114,7 @@ def Falsify(
 
     Raises:
         ScenarioError: If the scenario or the space is invalid.
+        TypeError: If a count is no whole number.
         ValueError: If an argument is out of its range, or if the folder has the
             runs of another search.
         ImportError: If "cma" is not installed: see the extra `falsify`.

@@ -179,7 +179,7 @@ def TagBoard(
     flat = Image.new("RGB", picture.size, colors[1])
     flat.paste(picture, mask=picture.getchannel("A"))
     png = io.BytesIO()
-    flat.quantize(16).save(png, "PNG", optimize=True)
+    flat.quantize(32).save(png, "PNG", optimize=True)
     half = TAG_HEIGHT / 2
     width = half * picture.size[0] / picture.size[1]
     corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]

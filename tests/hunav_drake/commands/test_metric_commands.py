@@ -52,9 +52,15 @@ def test_evaluate_says_how_exact_encounters_are(hunav, recording):
     code, out, err = hunav("evaluate", recording, "--encounters")
     assert (code, err) == (0, "")
     assert words(out)["groups_cut"] == ["0"]
-    period = float(np.diff(Recording.load(recording).times).max())
+    run = Recording.load(recording)
+    period = float(np.diff(run.times).max())
     assert f"up to {period:.3g} s\napart" in out
     assert max(map(len, out.splitlines())) <= 80
+    first, other = (dataclasses.replace(run, robot_name=it) for it in "ab")
+    dataclasses.replace(first, others=(other,)).save(recording)
+    code, out, err = hunav("evaluate", recording, "--encounters")
+    assert (code, err) == (0, "")
+    assert f"up to {period:.3g} s\napart" in out
 
 
 def test_evaluate_takes_names_a_goal_and_a_reference(hunav, recording):
