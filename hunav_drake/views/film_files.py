@@ -25,8 +25,9 @@ _FIRST_FRAMES, _SAMPLES = 64, 8
 # The quality of a film: lower values give better and larger files.
 _RATE_FACTOR = "21"
 
-# The number of threads that encode a film, on any machine.
-_THREADS = 4
+# The number of threads that encode a film. With more, x264 gives now and then
+# other bits of the same pictures; and they are drawn by several processes.
+_THREADS = 1
 
 
 def check_film_file(path: Path, size: tuple[int, int]) -> None:
@@ -143,7 +144,6 @@ def _write_mp4(
                 stream.width, stream.height = picture.size
                 stream.pix_fmt = "yuv420p"
                 stream.options = {"crf": _RATE_FACTOR, "preset": "medium"}
-                # (The bits of a film depend on their number.)
                 stream.codec_context.thread_count = _THREADS
             frame = av.VideoFrame.from_image(picture)
             container.mux(stream.encode(frame))
