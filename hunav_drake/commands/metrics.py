@@ -112,7 +112,6 @@ def _evaluate(options: argparse.Namespace) -> int:
         check_out(options.out)
     from hunav_drake.commands.evaluate import evaluate_file, lacks_walls
     from hunav_drake.runs.result_files import WriteResult
-    from hunav_drake.systems.evaluation.encounters import find_encounters
     from hunav_drake.trial.result import (
         FormatMetricsTable,
         with_encounters,
@@ -146,11 +145,9 @@ def _evaluate(options: argparse.Namespace) -> int:
         return DONE
     print(FormatMetricsTable(result))
     if options.encounters:
-        run = result.recording
-        period = find_encounters(run, robot=run.robot_name).period
         print(
             "\nEncounters assume straight lines between samples, which are up"
-            f" to {period:.3g} s\napart."
+            f" to {result.recording.period:.3g} s\napart."
         )
     if lacks_walls(result):
         print(

@@ -111,7 +111,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
         "metrics": _metrics(result),
         "situations": situations,
         "encounters": encounters,
-        "period": find_encounters(run, robot=run.robot_name).period,
+        "period": run.period,
         "people": people,
         "by_behavior": split_by_family(by_behavior) if by_behavior else [],
         "provenance": provenance_table(result.provenance),

@@ -26,7 +26,7 @@ from hunav_drake.systems.behavior.library import sayings_of
 from hunav_drake.systems.common.layout import STATE_SIZE
 from hunav_drake.systems.common.ports import CheckPorts
 from hunav_drake.systems.common.registry import name_of
-from hunav_drake.systems.evaluation import Evaluator
+from hunav_drake.systems.evaluation import Evaluator, EvaluatorConfig
 from hunav_drake.systems.evaluation.trial_monitor import TrialMonitor
 from hunav_drake.systems.people.figure_config import Figures, figure_rows
 from hunav_drake.systems.people.names import people_ids
@@ -297,8 +297,9 @@ def AddEvaluators(
 ) -> list[Evaluator]:
     """Adds the system that records a robot to a builder, as "evaluator".
 
-    For exact encounters, "encounters" records each time step, too, if the other
-    one does not. `feels_forces` says whether contact forces are computed.
+    For exact encounters, "encounters" records each time step of the whole trial
+    if the other one does not. `feels_forces` says whether contact forces are
+    computed.
     """
     scenario = part.scenario
     robot, time_step = scenario.robot, scenario.simulation.time_step
@@ -308,7 +309,7 @@ def AddEvaluators(
         config = dataclasses.replace(config, stop_at_goal=False)
     configs = {"evaluator": config}
     if config.encounters and config.period > time_step:
-        configs[EACH_STEP] = dataclasses.replace(config, period=time_step)
+        configs[EACH_STEP] = EvaluatorConfig(period=time_step)
     return [
         builder.AddNamedSystem(
             f"{part.prefix}{name}",

@@ -62,8 +62,9 @@ def TransferContext(
     CheckIsTrial(other)
     diagram.ValidateContext(context)
     was, now = _parts(diagram), _parts(other)
-    if was.given != now.given:
-        difference = _first_difference(was.given, now.given, "")
+    same = was.given == now.given
+    difference = "" if same else _first_difference(was.given, now.given, "")
+    if difference:
         raise ValueError(
             f"{difference[1:]}; the state cannot be taken over. Make the other"
             " diagram of the same people, robot, goal, evaluator and time step;"

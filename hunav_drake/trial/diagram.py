@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 import dataclasses
-import itertools
 from typing import TYPE_CHECKING, Any
 
 from pydrake.common import RandomGenerator
@@ -239,9 +238,7 @@ def MakeTrialDiagram(
     ConnectByName(builder, {**outputs, **truth}, scene.system)
 
     if full.evaluator.start == "by_trigger":
-        first, *more = (
-            it.GetInputPort("trigger") for it in itertools.chain(*evaluators)
-        )
+        first, *more = (it[0].GetInputPort("trigger") for it in evaluators)
         builder.ExportInput(first, "trigger")
         for port in more:
             builder.ConnectInput("trigger", port)

@@ -419,6 +419,8 @@ def _result(
     recording = recorded("evaluator")
     has_steps = diagram.HasSubsystemNamed(f"{parts[0].prefix}{EACH_STEP}")
     steps = recorded(EACH_STEP) if has_steps else recording
+    # (What is recorded begins and ends with the samples.)
+    steps = steps.since(recording.times[0]).until(recording.times[-1])
     end_time = _time_of(context, recording)
     if len(parts) < len(robot_parts(scenario)):
         # (The trial goes on after the end of those that are left.)

@@ -130,7 +130,7 @@ def check_order(config: Any, low: str, high: str) -> None:
     """
     least, most = getattr(config, low), getattr(config, high)
     if most < least:
-        raise fault(f"{high} must be at least {low} ({least:g}), got {most:g}")
+        raise fault(f"{high} must be at least {low} ({least}), got {most}")
 
 
 def one_line(value: str) -> str:

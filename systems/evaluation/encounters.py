@@ -106,7 +106,7 @@ class Encounters:
     @property
     def period(self) -> float:
         """The longest time between two samples, in seconds."""
-        return float(np.diff(self.recording.times).max(initial=0.0))
+        return self.recording.period
 
     def events(self) -> "pd.DataFrame":
         """Returns what happened, in the order of time.

@@ -70,9 +70,8 @@ class EvaluatorConfig:
 
     encounters: StrictBool = False
     """Whether results also have the metrics of encounters, as
-    `time_in_intimate`, at exact instants: they are those of all time steps,
-    whatever the period, from the first to the last at which the recording is
-    on."""
+    `time_in_intimate`, at exact instants: they are those of all time steps
+    from the first to the last sample, whatever the period."""
 
     @model_validator(mode="before")
     @classmethod

@@ -142,6 +142,11 @@ class Recording(RecordedArrays):
             return (self,)
         return (replace(self, others=()), *self.others)
 
+    @property
+    def period(self) -> float:
+        """The longest time between two samples, in seconds."""
+        return float(np.diff(self.times).max(initial=0.0))
+
     def until_end(self) -> Self:
         """Returns the recording of one of several robots until its end.
 

@@ -123,7 +123,7 @@ def Falsify(
     check_choice("method", method, METHODS)
     budget = check_count("budget", budget, least=1)
     polish = check_count("polish", polish)
-    check_seed(seed)
+    seed = check_seed(seed)
     places = Places()
     if not isinstance(space, SearchSpace):
         space, places = read_space(space)

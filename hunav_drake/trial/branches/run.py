@@ -17,7 +17,6 @@ from hunav_drake.systems.common.layout import X, Y
 from hunav_drake.systems.common.suggest import did_you_mean, shown
 from hunav_drake.systems.people.names import people_names
 from hunav_drake.systems.planning.planner_error import PlannerError
-from hunav_drake.trial.blocks import EACH_STEP
 from hunav_drake.trial.branches.future import (
     QUANTITIES,
     Aims,
@@ -403,10 +402,8 @@ def RunBranches(
             error.add_note(f"of the branch {name!r}")
             raise
     for prefix in diagram.prefixes.values():
-        for name in (f"{prefix}evaluator", f"{prefix}{EACH_STEP}"):
-            if diagram.HasSubsystemNamed(name):
-                evaluator = diagram.GetSubsystemByName(name)
-                evaluator.CheckGoesOn(evaluator.GetMyContextFromRoot(context))
+        evaluator = diagram.GetSubsystemByName(f"{prefix}evaluator")
+        evaluator.CheckGoesOn(evaluator.GetMyContextFromRoot(context))
     try:
         digest = ContextDigest(diagram, context)
     except ValueError:

@@ -328,7 +328,7 @@ class DwbPlanner(NavigationPlanner):
     """Other parameters of the critics."""
 
     @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check_speeds(self) -> Self:
         check_order(self, "min_vel_x", "max_vel_x")
         return self
 

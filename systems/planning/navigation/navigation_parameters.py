@@ -108,7 +108,7 @@ class Recoveries:
     """Time horizon of the collision check while backing up, in seconds."""
 
     @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _check_spins(self) -> Self:
         check_order(self, "min_spin", "max_spin")
         return self
 

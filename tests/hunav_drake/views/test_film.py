@@ -8,10 +8,10 @@ import pytest
 from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.scenario import LoadScenario, SaveScenario
 from hunav_drake.systems.evaluation.recording import Recording
-from hunav_drake.systems.scene.palette import accent
+from hunav_drake.systems.scene.palette import accent, clothes
 from hunav_drake.systems.scene.scene_config import OVERLAYS
 from hunav_drake.trial.simulation import RunTrial
-from hunav_drake.views import film as mut
+from hunav_drake.views import film as mut, film_overlays
 from hunav_drake.views.film_files import frame_times, gif_period
 from hunav_drake.views.film_overlays import FilmOverlays
 from hunav_drake.views.film_scene import FilmScene
@@ -395,6 +395,26 @@ def test_errors_name_value_and_remedy(run, tmp_path, name, options, message):
 def test_a_size_that_cannot_be_drawn_is_an_error(run, tmp_path):
     with pytest.raises(ValueError, match="width: must be in"):
         mut.RenderFilm(run, tmp_path / "a.gif", mut.FilmConfig(size=(8, 200)))
+
+
+def test_tags_have_dots_in_the_colors_of_the_figures(
+    run, tmp_path, monkeypatch
+):
+    owners = {}
+    draw = film_overlays.tag_picture
+
+    def drawn(text, *arguments, owner=None, **options):
+        owners[text.split()[0]] = owner
+        return draw(text, *arguments, owner=owner, **options)
+
+    monkeypatch.setattr(film_overlays, "tag_picture", drawn)
+    options = config(overlays=["names"], start=1.0, end=1.0)
+    mut.RenderFilm(run, tmp_path / "a.gif", options, workers=1)
+    names = LoadRecordedTrial(run).humans
+    for i, human in enumerate(names):
+        assert owners[human.name] == clothes(i).top
+    assert owners["robot"] is None
+    assert len({str(owners[it.name]) for it in names}) == len(names) > 1
 
 
 def test_without_pyav_the_remedy_is_told(run, tmp_path, monkeypatch):

@@ -388,6 +388,39 @@ def test_they_are_the_same_at_any_period_and_after_a_fork(name):
     assert all(values == found[0] for values in found)
 
 
+@pytest.mark.parametrize(
+    ("overrides", "window"),
+    [
+        (["evaluator.start=by_trigger"], (2.0, 5.0)),
+        (["evaluator.timeout=2.5"], (0.0, 3.0)),
+        (["evaluator.stale_samples=9"], (0.0, 5.5)),
+    ],
+)
+def test_they_are_those_from_the_first_to_the_last_sample(overrides, window):
+    scenario = LoadScenario(
+        filename="crossing",
+        overrides=[
+            "evaluator.encounters=true",
+            "evaluator.period=1.0",
+            "simulation.duration=5.5",
+            *overrides,
+        ],
+    )
+    diagram = MakeTrialDiagram(scenario)
+    simulator = MakeTrialSimulator(diagram)
+    context = simulator.get_mutable_context()
+    # What is high between samples only begins nothing.
+    for high, until in ((0, 0.3), (1, 0.6), (0, 1.7), (1, 5.3), (0, 5.5)):
+        if diagram.HasInputPort("trigger"):
+            diagram.GetInputPort("trigger").FixValue(context, float(high))
+        simulator.AdvanceTo(until)
+    result = GetTrialResult(scenario, diagram, context)
+    # The robot is never far from people.
+    assert result.metrics["time_in_social"] == pytest.approx(
+        window[1] - window[0]
+    )
+
+
 def test_several_robots_have_their_names():
     scenario = LoadScenario(
         filename="three_robots",

@@ -30,11 +30,12 @@ from hunav_drake.systems.scene.overlays.tags import (
     REACTING,
     UNTOLD,
     WORDS,
+    TagBoard,
     calm_activities,
     tag_picture,
     tag_text,
 )
-from hunav_drake.systems.scene.palette import TOPS, top_of
+from hunav_drake.systems.scene.palette import TOPS, accent, clothes, top_of
 from hunav_drake.systems.scene.scene_config import COSTMAPS, OVERLAYS, Rays
 from hunav_drake.systems.world.maps.cost_picture import cost_colors
 from hunav_drake.systems.world.maps.costs import LETHAL, NO_MAP, Costmap
@@ -51,7 +52,14 @@ STATES = np.array(
 ROBOT_STATE = np.array([-3.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.35])
 
 
-def test_several_robots_have_names_goals_and_frames_of_their_own():
+def test_several_robots_have_names_goals_and_frames_of_their_own(monkeypatch):
+    owners = {}
+
+    def made(text, colors=CALM, *, owner=None):
+        owners[text.split()[0]] = owner
+        return TagBoard(text, colors, owner=owner)
+
+    monkeypatch.setattr(mut, "TagBoard", made)
     builder = DiagramBuilder()
     meshcat = Meshcat(MeshcatParams(host="localhost"))
     robots = {
@@ -76,6 +84,10 @@ def test_several_robots_have_names_goals_and_frames_of_their_own():
         assert meshcat.HasPath(f"{frame}/overlay_names/0")
         assert meshcat.HasPath(f"{mut.FIGURES}/{name}_goal")
         assert meshcat.HasPath(f"{mut.PLACE}/overlay_plan/{name}/0")
+    # Dots on tags have the colors of the figures.
+    for i, human in enumerate(HUMANS):
+        assert owners[human.name] == clothes(i).top
+    assert [owners["anna"], owners["bob"]] == [accent(0), accent(1)]
 
 
 def test_an_estimated_pose_has_an_outline_that_follows_it(meshcat, monkeypatch):
