@@ -244,7 +244,7 @@ def _fork(options: argparse.Namespace) -> Any:
         # (A saved Context has the trigger.)
         if options.file is None:
             check_begins_alone(scenario)
-        diagram = MakeTrialDiagram(scenario)
+        diagram = MakeTrialDiagram(scenario, drawn=False)
     if options.file is not None:
         with input_errors(ValueError):
             return scenario, diagram, LoadContext(diagram, options.file)

@@ -153,7 +153,7 @@ def _run(options: argparse.Namespace) -> int:
         compiled = stack.enter_context(
             told_compile_time(lambda: compiling_ahead(scenario))
         )
-        diagram = MakeTrialDiagram(scenario, meshcat)
+        diagram = MakeTrialDiagram(scenario, meshcat, drawn=False)
         before = compiled.seconds
         started = time.perf_counter()
         progress = None
@@ -232,7 +232,7 @@ def _relative(
 
     with input_errors(ValueError):
         # (Without a scene in a browser.)
-        diagram = MakeTrialDiagram(scenario)
+        diagram = MakeTrialDiagram(scenario, drawn=False)
         found = CompareAlone(scenario, diagram, diagram.CreateDefaultContext())
     return with_relative(result, found), found.texts()
 

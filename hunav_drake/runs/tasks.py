@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 import functools
+import importlib
 import math
 import platform
 import threading
@@ -82,6 +83,11 @@ def do_task(task: Task) -> list[RunRow]:
     return [_run(task, seed, repetition) for seed, repetition in task.runs]
 
 
+def load_trials() -> None:
+    """Imports what runs need."""
+    importlib.import_module("hunav_drake.trial.simulation")
+
+
 def warm_up(texts: Iterable[str]) -> None:
     """Compiles the kernels of scenarios, and caches them on disk."""
     from hunav_drake.scenario import LoadScenario
@@ -90,7 +96,7 @@ def warm_up(texts: Iterable[str]) -> None:
 
     for text in texts:
         scenario = LoadScenario(data=text)
-        simulator = MakeTrialSimulator(MakeTrialDiagram(scenario))
+        simulator = MakeTrialSimulator(MakeTrialDiagram(scenario, drawn=False))
         simulator.AdvanceTo(4 * scenario.simulation.time_step)
 
 
@@ -246,7 +252,7 @@ def _prepared(task: Task, seed: int) -> tuple[Any, Any]:
     ):
         _last.cell = "", None
         scenario = task.cell.load(seed)
-        made = scenario, MakeTrialDiagram(scenario)
+        made = scenario, MakeTrialDiagram(scenario, drawn=False)
         _last.cell = task.cell.sha256, made
     return made
 

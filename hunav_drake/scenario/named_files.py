@@ -90,7 +90,7 @@ def named_files(scenario: Scenario) -> list[Path]:
     that is a parameter of planner or robot stands for all files in it.
     """
     parts = [
-        plain(getattr(scenario, field.name))
+        getattr(scenario, field.name)
         for field in dc.fields(scenario)
         if field.name not in ("humans", "population")
     ]
@@ -107,7 +107,7 @@ def named_files(scenario: Scenario) -> list[Path]:
     packages = _packages([plain(it.robot) for it in robots])
     found: dict[Path, None] = {}
     todo: list[Path] = []
-    for text in _texts(parts):
+    for text in dict.fromkeys(_texts(parts)):
         todo += _find(text, [here], packages)
     for part in (part for it in robots for part in (it.planner, it.robot)):
         for text in _free_texts(part):
@@ -164,11 +164,13 @@ def _of_gazebo(model: Model) -> Sequence[Path]:
 
 
 def _texts(data: Any) -> Iterator[str]:
-    """Yields all texts in plain data except keys of mappings."""
+    """Yields all texts in data except keys of mappings."""
     if isinstance(data, str):
         yield data
     elif isinstance(data, Mapping):
         data = list(data.values())
+    elif dc.is_dataclass(data):
+        data = [getattr(data, field.name) for field in dc.fields(data)]
     if isinstance(data, list | tuple):
         for item in data:
             yield from _texts(item)
@@ -279,8 +281,9 @@ def _find(
     else:
         places = []
     for place in places:
+        # Unlike the methods of Path, these accept any text.
+        if os.path.isfile(place):
+            yield place.resolve()
         # The folder of a model has a file that describes it.
-        for path in (place, place / "model.config"):
-            # Unlike the method of Path, this accepts any text.
-            if os.path.isfile(path):
-                yield path.resolve()
+        elif os.path.isdir(place):
+            yield from _find("model.config", [place], packages)

@@ -350,13 +350,17 @@ def AddTrialScene(
     meshcat: "Meshcat | None",
     *,
     is_social: bool,
+    drawn: bool,
 ) -> ScenePorts:
     """Adds the scene of a trial to a builder, as "scene".
 
-    `is_social` is whether people show each other what they do.
+    `is_social` is whether people show each other what they do. A scene that
+    is not `drawn` has geometry nevertheless if sensors or Meshcat may see it.
     """
+    parts = robot_parts(scenario)
+    seen = meshcat is not None or any(it.scenario.sensors for it in parts)
     rays = {}
-    for part in robot_parts(scenario):
+    for part in parts:
         if lidar := first_lidar(part.scenario):
             x, y, yaw = lidar.pose
             rays[part.name] = Rays(
@@ -378,6 +382,7 @@ def AddTrialScene(
         meshcat=meshcat,
         config=scenario.scene,
         inputs=SceneInputs(scan_angles=rays, sayings=sayings),
+        drawn=drawn or seen,
     )
 
 

@@ -97,6 +97,7 @@ def MakeTrialDiagram(
     meshcat: "Meshcat | None" = None,
     *,
     may_leave: bool = False,
+    drawn: bool = True,
 ) -> TrialDiagram:
     """Makes the diagram of a trial, whose whole state is one Context.
 
@@ -108,6 +109,9 @@ def MakeTrialDiagram(
         meshcat: The Meshcat that shows the trial; by default, none.
         may_leave: Whether `LeaveOut` can take people out. While all are here,
             results are the same.
+        drawn: Whether the scene has geometry also where neither `meshcat` nor
+            sensors see it, as for what reads the output "query". Without it
+            the diagram is made faster; states and results are the same.
 
     Returns:
         A diagram of the systems "humans" (`AddHumans`), "robot" and "planner"
@@ -158,7 +162,9 @@ def MakeTrialDiagram(
     ]
     monitors = [AddMonitor(builder, part) for part in parts]
     is_social = humans.social_signals is not None
-    scene = AddTrialScene(builder, full, meshcat, is_social=is_social)
+    scene = AddTrialScene(
+        builder, full, meshcat, is_social=is_social, drawn=drawn
+    )
     states = [robot.robot_state for robot in robots]
     robot_states = JoinPorts(builder, "robot_states", states)
     builder.Connect(robot_states, humans.robot_states)

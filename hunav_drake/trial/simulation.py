@@ -194,7 +194,7 @@ def RunTrial(
     if seed is not None:
         scenario = _reseed(scenario, seed)
     if diagram is None:
-        diagram = MakeTrialDiagram(scenario, meshcat)
+        diagram = MakeTrialDiagram(scenario, meshcat, drawn=False)
     else:
         CheckTrialDiagram(scenario, diagram)
     check_begins_alone(scenario)

@@ -143,21 +143,23 @@ def drive_disc(
     place = keep_out_of_walls(before, after, np.array([margin]), table)
     lost_x, lost_y = after[0, X] - place[0, X], after[0, Y] - place[0, Y]
     stopped = lost_x != 0 or lost_y != 0
-    result[STATE_AND_LOST:] = memory
+    contact = rows_of(memory, len(memory))
     if stopped or memory[Contact.LASTS]:
         wall = nearest_on_walls(np.array([[x, y]]), table)
         gap = math.hypot(x - wall[0, X], y - wall[0, Y]) - radius
         # The speed into the wall, at any distance from it.
         speed = lost_x * (after[0, X] - x) + lost_y * (after[0, Y] - y)
         speed /= max(math.hypot(lost_x, lost_y), 1e-12) * dt
-        result[STATE_AND_LOST:] = count_contacts(
-            rows_of(memory, len(memory)),
+        contact = count_contacts(
+            contact,
             np.array([stopped]),
             np.empty((0, 2)),
             np.array([gap]),
             np.array([[max(speed, 0.0)], [0.0]]),
             dt,
-        )[0]
+        )
+    for k in range(len(memory)):
+        result[STATE_AND_LOST + k] = contact[0, k]
     result[STATE:STATE_AND_LOST] = 0.0
     end = place[0] if walls_stop and stopped else after[0]
     for k in range(0, len(others), STATE_SIZE):

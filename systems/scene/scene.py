@@ -118,6 +118,7 @@ def AddScene(
     meshcat: "Meshcat | None" = None,
     config: SceneConfig | None = None,
     inputs: SceneInputs | None = None,
+    drawn: bool = True,
 ) -> ScenePorts:
     """Adds the scene to a builder as one diagram named "scene".
 
@@ -149,6 +150,8 @@ def AddScene(
         meshcat: The Meshcat to show the scene in.
         config: The additional drawings.
         inputs: What else the scene shows, by further inputs.
+        drawn: Whether there is geometry. Where nobody looks, a scene without it
+            is made faster, and has the same state.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
@@ -164,12 +167,12 @@ def AddScene(
     inner = DiagramBuilder()
     scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-
-    bounds = scene_bounds(world, humans, robot, margin=FLOOR_MARGIN)
-    AddFloor(plant, bounds, world)
-    AddWorld(plant, world)
-    AddGoalMarks(plant, humans, robot)
+    if drawn:
+        plant.RegisterAsSourceForSceneGraph(scene_graph)
+        bounds = scene_bounds(world, humans, robot, margin=FLOOR_MARGIN)
+        AddFloor(plant, bounds, world)
+        AddWorld(plant, world)
+        AddGoalMarks(plant, humans, robot)
     robots = by_name(robot)
     human_names = figure_names(humans, robots)
     joints = AddPeople(
@@ -184,6 +187,9 @@ def AddScene(
         name: _AddRobot(plant, figure_of(name), it, accent(k))
         for k, (name, it) in enumerate(robots.items())
     }
+    if not drawn:
+        # Only now: before, its bodies would get geometry.
+        plant.RegisterAsSourceForSceneGraph(scene_graph)
     plant.Finalize()
 
     kinematics, poses = AddKinematics(

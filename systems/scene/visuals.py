@@ -39,8 +39,11 @@ def AddVisual(
     """Adds visible geometry to a body B; it never collides.
 
     Simulated cameras see it only if it is `perceived`, and viewers of Meshcat
-    only if it is `shown`. Without a color, it has that of its file.
+    only if it is `shown`. Without a color, it has that of its file. A plant
+    that is not registered with a SceneGraph gets nothing.
     """
+    if not plant.geometry_source_is_registered():
+        return
     if isinstance(shape, TriangleMesh):
         shape = as_shape(shape)
     X_BG = X_BG or RigidTransform()
@@ -72,6 +75,8 @@ def AddLabeledVisual(
     label: int,
 ) -> None:
     """Adds visible geometry with a given label in label images."""
+    if not plant.geometry_source_is_registered():
+        return
     visual = GeometryInstance(X_BG or RigidTransform(), shape, name)
     visual.set_illustration_properties(
         MakePhongIllustrationProperties(color.rgba)

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
-from scipy.special import pdtr
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.layout import (
@@ -95,6 +94,9 @@ class PeopleDetector(Sampling, VisiblePeople):
             ValueError: If a number is out of its range, or the period of the
                 detector is not a multiple of ``time_step``.
         """
+        # Here, since only trials with a detector need it, and it loads slowly.
+        from scipy.special import pdtr
+
         config = config or DetectorParameters()
         num_false = config.num_false_rows
         super().__init__(

@@ -38,6 +38,7 @@ from hunav_drake.systems.planning import (
     register_planner,
 )
 from hunav_drake.systems.robot import AddBodyState
+from hunav_drake.trial.context_file import ContextDigest
 from hunav_drake.trial.context_layout import layout
 
 
@@ -46,6 +47,50 @@ def saved(scenario, time, path):
     simulator = MakeTrialSimulator(diagram)
     simulator.AdvanceTo(time)
     return SaveContext(diagram, simulator.get_context(), path)
+
+
+def num_geometries(diagram):
+    scene = diagram.GetSubsystemByName("scene")
+    graph = scene.GetSubsystemByName("scene_graph")
+    return graph.model_inspector().num_geometries()
+
+
+@pytest.mark.parametrize(
+    ("name", "robot"),
+    [
+        ("passing", {}),
+        ("living_cafe", {}),
+        ("three_robots", {}),
+        ("crossing", {"type": "pmb2", "radius": 0.27}),
+        ("crossing", {"type": "turtlebot3_burger", "radius": 0.123}),
+    ],
+)
+def test_a_trial_that_is_not_drawn_has_the_same_state(name, robot, tmp_path):
+    scenario = LoadScenario(
+        filename=name,
+        overrides=[f"robot.{key}={value}" for key, value in robot.items()],
+    )
+    digests, diagrams = [], []
+    for drawn in (True, False):
+        diagram = MakeTrialDiagram(scenario, drawn=drawn)
+        simulator = MakeTrialSimulator(diagram)
+        simulator.AdvanceTo(0.5)
+        digests.append(ContextDigest(diagram, simulator.get_context()))
+        diagrams.append(diagram)
+    assert digests[0] == digests[1]
+    assert num_geometries(diagrams[0]) > 0
+    assert num_geometries(diagrams[1]) == 0
+    # So one goes on where the other was.
+    path = SaveContext(diagram, simulator.get_context(), tmp_path / "c.npz")
+    context = LoadContext(diagrams[0], path)
+    assert ContextDigest(diagrams[0], context) == digests[0]
+
+
+def test_what_a_camera_sees_is_drawn():
+    scenario = LoadScenario(
+        filename="passing", overrides=["sensors=[{type: camera}]"]
+    )
+    assert num_geometries(MakeTrialDiagram(scenario, drawn=False)) > 0
 
 
 @pytest.mark.slow

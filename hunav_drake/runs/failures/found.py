@@ -216,7 +216,7 @@ def _listed_scenes(rank: Path) -> list[str]:
 def _run_again(scene: Scene, robustness: str, path: Path) -> str:
     """Runs a scene, saves a Context, and returns the hash of the states."""
     scenario = scene.scenario
-    diagram = MakeTrialDiagram(scenario)
+    diagram = MakeTrialDiagram(scenario, drawn=False)
     simulator = MakeTrialSimulator(diagram)
     step = scenario.simulation.time_step
     before = max(0, round((scene.failing.time - _BEFORE) / step)) * step

@@ -21,7 +21,7 @@ from hunav_drake.runs.run_log import RunLog, read_rows
 from hunav_drake.runs.run_row import LOST, RunRow
 from hunav_drake.runs.run_suite import Driver, absolute_imports
 from hunav_drake.runs.suite import Suite
-from hunav_drake.runs.tasks import Task
+from hunav_drake.runs.tasks import Task, load_trials
 from hunav_drake.runs.worker_pool import InlineExecutor, WorkerPool
 from hunav_drake.scenario import SaveScenario, Scenario
 from hunav_drake.scenario.building import build_scenario
@@ -216,6 +216,10 @@ class SceneRuns:
             except BaseException:
                 self._stack.close()
                 raise
+        if not self._known and self._executor is None and self._workers > 1:
+            # There will be runs, so workers start while they are planned.
+            for _ in range(self._workers):
+                self._pool().submit(load_trials)
         return self
 
     def __exit__(self, *error: Any) -> None:

@@ -279,7 +279,7 @@ class Fork:
         may_leave = self._may_leave or branch.may_leave()
         key = SaveScenario(scenario), may_leave
         if key not in self._made:
-            made = MakeTrialDiagram(scenario, may_leave=may_leave)
+            made = MakeTrialDiagram(scenario, may_leave=may_leave, drawn=False)
             moved = TransferContext(self._diagram, self._context, made)
             self._made[key] = made, moved
         diagram, moved = self._made[key]

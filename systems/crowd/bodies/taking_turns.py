@@ -154,7 +154,8 @@ def _passage(x, y, ex, ey, length, need, walls, ends):
                 found[end] = at - side * part * spacing
                 break
             inner = width
-            ends[end] = posts
+            for k in range(len(posts)):
+                ends[end, k] = posts[k]
             at += side * spacing
     return found[0], found[1]
 

@@ -88,9 +88,14 @@ def _fill_solid(costs, ox, oy, resolution, segments, first, last):
             if (y0 > y) != (y1 > y):
                 part = (y - y0) / (y1 - y0)
                 x0 = segments[s, 0]
-                crossings[count] = x0 + part * (segments[s, 2] - x0)
+                x = x0 + part * (segments[s, 2] - x0)
+                # They are few, and stay in order.
+                k = count
+                while k > 0 and crossings[k - 1] > x:
+                    crossings[k] = crossings[k - 1]
+                    k -= 1
+                crossings[k] = x
                 count += 1
-        crossings[:count].sort()
         for k in range(0, count - 1, 2):
             left = math.ceil((crossings[k] - ox) / resolution - 0.5)
             right = math.floor((crossings[k + 1] - ox) / resolution - 0.5)
@@ -198,8 +203,11 @@ def stamp_discs(costs, ox, oy, resolution, discs, robot, graded):
         runs = _disc_runs(costs, discs[d], robot, ox, oy, resolution)
         if len(runs) == 0:
             continue
-        left = max(runs[:, 1].min() - reach, 0)
-        right = min(runs[:, 2].max() + reach + 1, columns)
+        left, right = runs[0, 1], runs[0, 2]
+        for r in range(1, len(runs)):
+            left, right = min(left, runs[r, 1]), max(right, runs[r, 2])
+        left = max(left - reach, 0)
+        right = min(right + reach + 1, columns)
         if left >= right:
             continue
         # The squared distances along rows of columns from runs, in cells.

@@ -5,7 +5,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.planning.global_planner.navfn_kernel import (
@@ -178,6 +177,9 @@ def smooth_path(points: Array, costmap: Costmap) -> Array:
     It is smoothed less, or not at all, if it would otherwise cross much higher
     costs.
     """
+    # Only paths that are smoothed need it, and it loads slowly.
+    from scipy import ndimage
+
     if len(points) < 3:
         return points
     lengths = np.hypot(*np.diff(points, axis=0).T)

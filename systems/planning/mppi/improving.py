@@ -116,7 +116,9 @@ def average(sampled, totals, temperature):
     2017, "Information theoretic MPC for model-based reinforcement learning",
     Alg. 2).
     """
-    least = totals.min()
+    least = totals[0]
+    for i in range(1, len(totals)):
+        least = min(least, totals[i])
     result = np.zeros(sampled.shape[1:])
     whole = 0.0
     for i in range(len(totals)):
@@ -196,7 +198,7 @@ def improve(
                 controls[k, 1] + scale * p.std_turn * noise[i, draw, 1]
             )
         roll_out(state, sampled[i], p, poses[i], velocities[i])
-        ends[i] = poses[i, -1, :2]
+        ends[i, 0], ends[i, 1] = poses[i, -1, 0], poses[i, -1, 1]
     reached = critics.furthest_reached(ends, path)
     free = critics.free_points(path, costs, ox, oy, resolution)
     on, to_goal = _switches(state, goal, path, free, reached, weights, p)

@@ -178,7 +178,8 @@ def _forces_between_people(agents, forces, k):
     for i in range(1, agents.shape[1]):
         for j in range(1, agents.shape[1]):
             if i != j:
-                forces[i, j] = _force_between(agents, i, j, k)
+                fx, fy = _force_between(agents, i, j, k)
+                forces[i, j, 0], forces[i, j, 1] = fx, fy
 
 
 @jit
@@ -263,12 +264,11 @@ def _next_candidate(ways, last, results, is_done):
         if is_done[c]:
             continue
         shared = 0
-        while (
-            last >= 0
-            and shared < ways.shape[1] - 1
-            and (ways[c, shared + 1] == ways[last, shared + 1]).all()
-        ):
-            shared += 1
+        is_same = last >= 0
+        while is_same and shared < ways.shape[1] - 1:
+            for k in range(ways.shape[2]):
+                is_same &= ways[c, shared + 1, k] == ways[last, shared + 1, k]
+            shared += is_same
         if shared > most or (shared == most and results[c] < results[found]):
             found = c
             most = shared

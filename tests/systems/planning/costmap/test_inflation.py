@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from hunav_drake.systems.planning.costmap import inflate, inflation_costs
 from hunav_drake.systems.planning.costmap.footprint import (
@@ -82,6 +83,24 @@ def test_the_radius_is_in_whole_cells_rounded_up(resolution, radius):
     nowhere = np.array([0.0, 0.0, -1.0])
     stamp_discs(stamped, 0.0, 0.0, resolution, disc, nowhere, graded)
     np.testing.assert_array_equal(stamped, inflate(costs, graded))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 30), (30, 1), (7, 40), (40, 7)])
+@pytest.mark.parametrize("share", [0.005, 0.1, 0.6])
+@pytest.mark.parametrize("radius", [0.05, 0.35, 3.0])
+def test_distances_are_those_of_scipy(shape, share, radius):
+    graded = inflation_costs(
+        0.1,
+        inscribed_radius=0.1,
+        inflation_radius=radius,
+        cost_scaling_factor=1.0,
+    )
+    lethal = np.random.default_rng(0).random(shape) < share
+    lethal[-1, -1] = True
+    squares = np.rint(ndimage.distance_transform_edt(~lethal) ** 2).astype(int)
+    expected = np.append(graded, 0)[np.minimum(squares, len(graded))]
+    costs = np.where(lethal, 254, 0).astype(np.uint8)
+    np.testing.assert_array_equal(inflate(costs, graded), expected)
 
 
 def test_unknown_cells_become_inscribed_or_stay():
