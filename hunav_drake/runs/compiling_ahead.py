@@ -11,7 +11,7 @@ from typing import Any
 
 from hunav_drake.scenario import Scenario
 from hunav_drake.scenario.fleet import planners_of
-from hunav_drake.systems.common.kernels import keeps_code
+from hunav_drake.systems.common.kernels import keeps_code, meanwhile
 from hunav_drake.systems.common.registry import name_of
 
 # The large kernels of trials, in the order in which processes begin them: what
@@ -51,16 +51,21 @@ _MAPS = (
     "planning.costmap.raster.mark_walls",
     "planning.costmap.raster.stamp_discs",
 )
+_CLEARANCE = ("planning.clearance.clearance_ahead",)
 _LIDAR = "sensing.ray_kernels.ray_distances"
 # Of social forces.
 _BODIES = ("crowd.bodies.keep_apart.keep_apart", "crowd.bodies.finish.finish")
 _ALL = (
     "robot.disc_step.drive_disc",
+    "robot.contact_rows.count_contacts",
     "crowd.walls.keep_out.keep_out_of_walls",
     "robot.discs.touch_discs",
     "world.visibility_graph.blocked",
     "world.nearest.nearest_on_walls",
     "world.nearest.inside_shapes",
+    "world.nearest.nearest_on_shapes",
+    "evaluation.curves.lines_blocked",
+    "evaluation.curves.total_winding",
     "behavior.nodes.walk_kernel.walk",
 )
 
@@ -82,7 +87,7 @@ def kernels_of(scenario: Scenario) -> list[str]:
         names += _AMONG_WALLS
     for planner in planners_of(scenario).split("+"):
         chosen = _PLANNERS.get(planner, ())
-        names += [*chosen, *_MAPS] if chosen else ()
+        names += [*chosen, *_MAPS] if planner in _PLANNERS else _CLEARANCE
     if scenario.sensors:
         names.append(_LIDAR)
     return list(dict.fromkeys([*names, *_ALL]))
@@ -92,14 +97,16 @@ def kernels_of(scenario: Scenario) -> list[str]:
 def compiling_ahead(scenario: Scenario) -> Iterator[None]:
     """Compiles kernels of a trial in other processes while a block runs.
 
-    The processes end with the block. There are none with one processor, where
+    This process compiles them, too, when it has to wait for another one. The
+    processes end with the block. There are none with one processor, where
     compiled code cannot be kept on disk, or where no process can be started.
     """
+    names = kernels_of(scenario)
     count = min(_num_processors() - 1, _MOST_PROCESSES) if keeps_code() else 0
     # (Ctrl-C ends the block, and so the processes.)
     start = functools.partial(
         subprocess.Popen,
-        [sys.executable, "-P", "-m", __name__, *kernels_of(scenario)],
+        [sys.executable, "-P", "-m", __name__, *names],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -111,8 +118,10 @@ def compiling_ahead(scenario: Scenario) -> Iterator[None]:
         with contextlib.suppress(OSError):
             for _ in range(count):
                 processes.append(start())
+        meanwhile.extend(functools.partial(compile_ahead, it) for it in names)
         yield
     finally:
+        meanwhile.clear()
         for process in processes:
             process.kill()
             process.wait()

@@ -8,6 +8,7 @@ here, and damaged code is compiled anew.
 """
 
 from collections import namedtuple
+from collections.abc import Callable
 import contextlib
 import dataclasses
 import fcntl
@@ -23,10 +24,17 @@ import time
 import warnings
 import zlib
 
+import llvmlite.binding as llvm
 import numba
 from numba.core.bytecode import FunctionIdentity
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+)
 from numba.core.cgutils import get_null_value
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, compile_result
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import trigger_event
 from numba.core.runtime import rtsys
@@ -141,12 +149,13 @@ class _KeptCode(FunctionCache):
     """The code of a kernel on disk: damage, or a full disk, does no harm."""
 
     is_told = False
+    _suffix = ""
 
     def __init__(self, function):
         super().__init__(function)
         self._cache_file = _CheckedFiles(
             self.cache_path,
-            self._impl.filename_base,
+            self._impl.filename_base + self._suffix,
             self._impl.locator.get_source_stamp(),
         )
 
@@ -197,6 +206,12 @@ def keeps_code() -> bool:
 # until it is compiled here, too.
 _MOMENT, _PATIENCE = 0.5, 120.0
 
+# The kernels that this process compiles, each for the one before.
+_held: list[int] = []
+
+# What this process compiles while it waits for another one, the last one first.
+meanwhile: list[Callable[[], object]] = []
+
 
 @contextlib.contextmanager
 def _locked(kernel, *, waits):
@@ -211,7 +226,8 @@ def _locked(kernel, *, waits):
     locks, held = _lock_file(kernel._cache.cache_path), False
     try:
         # (Who only reads the code holds the lock for a moment.)
-        held = _lock(locks, byte, _MOMENT if waits else 0.0)
+        moment = 0.0 if meanwhile else _MOMENT
+        held = _lock(locks, byte, moment if waits else 0.0)
         if not held and not waits:
             yield False
             return
@@ -221,9 +237,11 @@ def _locked(kernel, *, waits):
                 held = _lock(locks, byte, _PATIENCE)
     except (OSError, TypeError):
         pass
+    _held.append(byte)
     try:
         yield True
     finally:
+        _held.pop()
         if held:
             fcntl.lockf(locks, fcntl.LOCK_UN, 1, byte)
 
@@ -240,7 +258,11 @@ def _lock(locks, byte, patience):
         except BlockingIOError:
             if time.monotonic() >= end:
                 return False
-            time.sleep(0.01)
+            # (Another process may wait for what is held here.)
+            if meanwhile and not _held and patience == _PATIENCE:
+                meanwhile.pop()()
+            else:
+                time.sleep(0.01)
         else:
             return True
 
@@ -261,27 +283,157 @@ def _lock_file(folder):
 _compiled = numba.njit(error_model="numpy")
 
 
-def jit(function):
-    """Compiles a function, and keeps it on disk for the next process.
+class _PartLibrary(JITCodeLibrary):
+    """The LLVM code of a part of kernels, as numba generates it.
+
+    LLVM optimizes it, and makes machine code of it, in each kernel. Numba does
+    so for each function alone, too, which is a third of the time of compiling.
+    """
+
+    @classmethod
+    def read(cls, codegen, data):
+        name, bitcode = data
+        part = cls(codegen, name)
+        part._final_module = llvm.parse_bitcode(bitcode)
+        part._finalize_final_module()
+        return part
+
+    def serialize_using_object_code(self):
+        return self.name, self._get_module_for_linking().as_bitcode()
+
+    def get_pointer_to_function(self, name):
+        del name
+        self._ensure_finalized()
+        return 0  # There is no such machine code.
+
+    @property
+    def codegen(self):
+        return self  # It is only asked to `set_env`.
+
+    def set_env(self, name, environment):
+        """Does nothing: see `_whole`."""
+
+    def _optimize_final_module(self):
+        pass
+
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class _PartCompiler(Compiler):
+    """Compiles a part of kernels."""
+
+    def define_pipelines(self):
+        codegen = self.state.targetctx.codegen()
+        name = self.state.func_id.func_qualname
+        self.state.library = _PartLibrary(codegen, name)
+        return super().define_pipelines()
+
+
+# What numba keeps of a compiled function, after its code.
+_KEPT_FIELDS = (
+    *("fndesc", "environment", "signature", "objectmode", "lifted"),
+    *("type_annotation", "reload_init", "referenced_envs"),
+)
+
+
+class _PartsOnDisk(CompileResultCacheImpl):
+    """Reads the code of parts."""
+
+    def rebuild(self, target_context, payload):
+        code, *values = payload
+        part = _PartLibrary.read(target_context.codegen(), code)
+        fields = dict(zip(_KEPT_FIELDS, values, strict=True))
+        fields["entry_point"] = target_context.get_executable(
+            part, fields["fndesc"], fields["environment"]
+        )
+        return compile_result(
+            typing_context=target_context.typing_context,
+            target_context=target_context,
+            library=part,
+            **fields,
+        )
+
+
+class _KeptPart(_KeptCode):
+    """The code of a part on disk."""
+
+    _impl_class = _PartsOnDisk
+    _suffix = "-part"
+
+
+def _whole(function):
+    """Compiles a function that Python calls, and keeps it on disk.
 
     If numba finds no folder for it, each process compiles anew.
     """
     kernel = _compiled(function)
+    add_overload = kernel.add_overload
+
+    def add_with_parts(result):
+        # Numba sets those of functions with machine code of their own.
+        for environment in result._find_referenced_environments():
+            result.codegen.set_env(environment.env_name, environment)
+        add_overload(result)
+
+    kernel.add_overload = add_with_parts
     with contextlib.suppress(RuntimeError):
         kernel._cache = _KeptCode(function)
     return kernel
 
 
+_compiled_part = numba.njit(
+    error_model="numpy",
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+    pipeline_class=_PartCompiler,
+)
+
+
+def jit_part(function):
+    """Compiles a part of kernels.
+
+    Called from Python, as by tests, it is compiled as a kernel of its own:
+    `part.whole()`.
+    """
+    part = _compiled_part(function)
+
+    def add_overload(result):
+        part.overloads[tuple(result.signature.args)] = result
+
+    @functools.cache
+    def whole():
+        return _whole(function)
+
+    def compile_for_args(*values, **named):
+        known = len(whole().overloads)
+        entry = whole()._compile_for_args(*values, **named)
+        for result in [*whole().overloads.values()][known:]:
+            types = [it._code for it in result.signature.args]
+            part._insert(types, result.entry_point, False)
+        return entry
+
+    part.whole = whole
+    part.add_overload = add_overload
+    part._compile_for_args = compile_for_args
+    return part
+
+
+def jit(function):
+    """Compiles a part of kernels, and keeps it on disk.
+
+    If numba finds no folder for it, each process compiles anew.
+    """
+    part = jit_part(function)
+    with contextlib.suppress(RuntimeError):
+        part._cache = _KeptPart(function)
+    return part
+
+
 # Generators are not kept on disk: numba 0.68 fails (KeyError) to compile the
 # callers of one that was read from there. Only these compilations need them.
 jit_generator = _compiled
-
-# Small functions that are part of what calls them need not be kept, either.
-jit_inline = _compiled
-
-# Parts of a large function, which numba writes into it before it compiles: that
-# leaves no calls between them, nor checks of errors after each.
-jit_part = numba.njit(error_model="numpy", inline="always")
 
 # Types of arguments, for functions that Python calls: with fixed types they
 # are compiled once, whether or not Drake hands out read-only arrays.
@@ -305,7 +457,7 @@ def jit_as(result, *arguments):
     signature = result(*arguments)
 
     def decorate(function):
-        return _compiled_when_used(jit(function), signature)
+        return _compiled_when_used(_whole(function), signature)
 
     return decorate
 
@@ -373,7 +525,7 @@ def reads(kind):
         kind = _fields_of(kind)
     size = len(kind._fields)
 
-    @jit_inline
+    @jit_part
     def read(array):
         return kind(*to_fixed_tuple(array, size))
 

@@ -40,7 +40,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     sees,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Hold, RobotRole
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.single_precision import (
@@ -61,7 +61,7 @@ _Distance = Annotated[float, within(0, 1e5, "m")]
 _PositiveDistance = Annotated[float, within(0, 1e5, "m", low_open=True)]
 
 
-@jit_inline
+@jit_part
 def _single(value):
     """Returns a number in single precision."""
     return float64(float32(value))
@@ -71,13 +71,13 @@ def _single(value):
 _SINGLE_PI = float(np.float32(math.pi))
 
 
-@jit_inline
+@jit_part
 def _turn_at_once(tick, yaw):
     tick.yaw_target = yaw
     tick.turn_rate = 2 * math.pi / tick.time_step
 
 
-@jit_inline
+@jit_part
 def _offset(tick, robot):
     """Returns the offset from the person to a robot, in single precision."""
     dx = float32(robot.x) - float32(tick.x)
@@ -85,7 +85,7 @@ def _offset(tick, robot):
     return dx, dy
 
 
-@jit_inline
+@jit_part
 def _yaw(tick):
     """Returns the heading of the person in (-pi, pi], in radians."""
     # (In single precision, pi is beyond pi.)
@@ -93,28 +93,28 @@ def _yaw(tick):
     return math.pi if yaw == -math.pi else yaw
 
 
-@jit_inline
+@jit_part
 def _bearing(tick, robot):
     """Returns the bearing of a robot from the heading, in [-pi, pi]."""
     dx, dy = _offset(tick, robot)
     return float64(bearing(dx, dy, float32(_yaw(tick))))
 
 
-@jit_inline
+@jit_part
 def _distance(tick, robot):
     """Returns the distance to the robot, in single precision."""
     dx, dy = _offset(tick, robot)
     return float64(np.sqrt(dx * dx + dy * dy))
 
 
-@jit_inline
+@jit_part
 def _react(tick):
     """Sets what all reactions share: the robot exerts no force."""
     tick.robot_role = _UNSEEN_IN_TURN
     tick.behavior_status = 1
 
 
-@jit_inline
+@jit_part
 def _walk(tick, speed):
     tick.desired_speed = speed
     tick.max_speed = speed

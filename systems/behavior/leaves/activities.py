@@ -52,7 +52,7 @@ from hunav_drake.systems.behavior.nodes.status import (
 from hunav_drake.systems.behavior.nodes.tick import Tick, place_at
 from hunav_drake.systems.behavior.nodes.tick_context import SEAT
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Activity, Posture, Signal
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.places import PLACE_TYPES, PlaceType
@@ -85,19 +85,19 @@ _FIRST, _LAST = 0.05, 0.35
 _OFF, _ROOM, _SLOWLY = 1.5, 0.3, 0.6
 
 
-@jit_inline
+@jit_part
 def _slot_row(tick, place, slot):
     """Returns the row of a slot of a place."""
     return np.int64(place_at(tick, place)[8]) + np.int64(slot)
 
 
-@jit_inline
+@jit_part
 def _away(tick, x, y):
     """Returns the distance of a point in W, in meters."""
     return math.hypot(x - tick.x, y - tick.y)
 
 
-@jit_inline
+@jit_part
 def _turn(tick, yaw):
     """Turns to a direction; returns whether the person faces it."""
     tick.turn_rate = TURN_RATE
@@ -178,7 +178,7 @@ def queue(
     return RUNNING
 
 
-@jit_inline
+@jit_part
 def _activity(tick, place):
     """Returns the activity of those who use a place."""
     kind = np.int64(place_at(tick, place)[7])
@@ -187,7 +187,7 @@ def _activity(tick, place):
     return _WATCH if kind == _SCREEN else _USE
 
 
-@jit_inline
+@jit_part
 def _posture(kind):
     """Returns the posture of those who use a type of place."""
     if kind == _BED:
@@ -208,7 +208,7 @@ def _is_claimed(tick, place, slot, since):
     return False
 
 
-@jit_inline
+@jit_part
 def _is_meant(tick, row, place, kind):
     """Returns whether a place is the one meant, or, without one, of a type."""
     return row == place or (place < 0 and place_at(tick, row)[7] == kind)
@@ -232,7 +232,7 @@ def _choose(tick, own, place, kind):
                 own[3] = s
 
 
-@jit_inline
+@jit_part
 def _holds(tick, own):
     """Returns whether the person has a slot, and nobody else has it before."""
     place, slot = np.int64(own[2]) - 1, own[3]
@@ -337,7 +337,7 @@ def use_place(
     return RUNNING
 
 
-@jit_inline
+@jit_part
 def _let_go(own, signal):
     """Makes the place that the person uses a free one."""
     own[0] = 0.0
@@ -385,7 +385,7 @@ def _wait_for(tick, own, away, patience):
     return status
 
 
-@jit_inline
+@jit_part
 def _wait(tick, own, place, kind, patience):
     """Waits near a place, or off all of a type; returns the status."""
     nearest, sx, sy = math.inf, 0.0, 0.0

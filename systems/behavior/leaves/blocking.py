@@ -27,7 +27,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     robot_of,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.schema import within
 
 # The least distance by which the place is farther from the robot than the way
@@ -122,7 +122,7 @@ def block_robot(
     return SUCCESS
 
 
-@jit_inline
+@jit_part
 def _room_ahead(tick, robot, distance):
     """Returns the distance ahead of a robot with room for the person, in m."""
     reach = distance + tick.radius
@@ -131,7 +131,7 @@ def _room_ahead(tick, robot, distance):
     return reach * cast_ray(tick, robot, x, y) - tick.radius
 
 
-@jit_inline
+@jit_part
 def _reserve(leg, vx, vy, speed):
     """Returns the speed limit along a leg on top of a velocity, in m/s."""
     along = leg.x * vx + leg.y * vy
@@ -139,7 +139,7 @@ def _reserve(leg, vx, vy, speed):
     return max(math.sqrt(max(root, 0.0)) - along, 0.0)
 
 
-@jit_inline
+@jit_part
 def _leg(tick, robot, own, keep, distance):
     """Returns the way to the place ahead of a robot, or around the robot.
 
@@ -178,7 +178,7 @@ def _leg(tick, robot, own, keep, distance):
     return _Leg(math.cos(bearing), math.sin(bearing), math.inf)
 
 
-@jit_inline
+@jit_part
 def _side(tick, robot, keep, angle):
     """Returns the side to pass a robot on: 1 left, -1 right of it, 0 none."""
     side = 1.0 if angle >= 0 else -1.0

@@ -53,7 +53,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     human_at,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import MAX_PARTNERS, OUTSIDE, Signal
 
 _HOST, _OPEN = int(Signal.HOST), int(Signal.OPEN)
@@ -182,7 +182,7 @@ def _begin(tick, own, partners, goal_id):
     return True
 
 
-@jit_inline
+@jit_part
 def _offer(tick, own, count):
     """Shows the offer of a circle to the people named."""
     show_activity(tick, TALK, -1, own[6], own[1] == 0 and own[2] == 0)

@@ -47,7 +47,7 @@ from hunav_drake.systems.behavior.nodes.status import (
 )
 from hunav_drake.systems.behavior.nodes.tick import Tick, cast_ray, sees
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import OUTSIDE, Signal
 from hunav_drake.systems.common.schema import within
 
@@ -81,7 +81,7 @@ _TALKING = {
 }
 
 
-@jit_inline
+@jit_part
 def _is_host(tick, index):
     """Returns whether a body shows that it hosts an open circle.
 
@@ -97,7 +97,7 @@ def _is_host(tick, index):
     )
 
 
-@jit_inline
+@jit_part
 def _is_member(tick, index, host):
     """Returns whether a body is in the circle of a host, perhaps of itself."""
     if index == tick.index:
@@ -118,7 +118,7 @@ def _count(tick, host):
     return count
 
 
-@jit_inline
+@jit_part
 def _is_before(tick, one, other):
     """Returns whether a body's activity began before that of another."""
     since = signal_of(tick, other)[_SINCE]
@@ -276,7 +276,7 @@ def _talk(tick, own, seconds, room, patience, waits, ends):
     return _leave(own)
 
 
-@jit_inline
+@jit_part
 def _leave(own):
     """Returns the status at the end, which tells whether they have talked."""
     status = SUCCESS if own[0] > 0 else FAILURE

@@ -37,7 +37,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     place_at,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Activity, Gesture, Signal
 
 _GIVE_WAY, _YOU_FIRST = float(Activity.GIVE_WAY), float(Gesture.YOU_FIRST)
@@ -57,14 +57,14 @@ _MOVING = 0.1
 _SPARE, _APART, _MORE_ROOM = 0.1, 0.9, 0.3
 
 
-@jit_inline
+@jit_part
 def _in_frame(x, y, pose, side):
     """Returns a vector in the frame of a door, whose x is that of one side."""
     c, s = side * math.cos(pose[2]), side * math.sin(pose[2])
     return x * c + y * s, y * c - x * s
 
 
-@jit_inline
+@jit_part
 def _waits(tick, index, door):
     """Returns whether a body shows that it gives way at a door."""
     signal = signal_of(tick, index)

@@ -50,7 +50,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     robot_at,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Signal
 from hunav_drake.systems.common.schema import within
 
@@ -61,7 +61,7 @@ _GAZE, _X, _Y = int(Signal.GAZE), int(Signal.GAZE_X), int(Signal.GAZE_Y)
 _WATCHING = {"ticks": 0.0, "looker": -1.0, "ticks of the look": 0.0}
 
 
-@jit_inline
+@jit_part
 def bearing_error(tick, x, y):
     """Returns the angle between the person's yaw and a point, in radians."""
     if x == tick.x and y == tick.y:
@@ -69,7 +69,7 @@ def bearing_error(tick, x, y):
     return abs(wrapped(math.atan2(y - tick.y, x - tick.x) - tick.yaw))
 
 
-@jit_inline
+@jit_part
 def _turn_to(tick, target, x, y, tolerance, walk, turn_rate):
     look_at(tick, target, x, y)
     tick.behavior_status = 1
@@ -156,7 +156,7 @@ def look_at_point(
     return status
 
 
-@jit_inline
+@jit_part
 def _looks_at_me(tick, index, distance, angle, occlusion):
     """Returns the distance of a body that looks at me; else infinity."""
     it = body_at(tick, index)
@@ -178,7 +178,7 @@ def _looks_at_me(tick, index, distance, angle, occlusion):
     return away
 
 
-@jit_inline
+@jit_part
 def _watch(tick, own, looker, duration, hold):
     """Counts the ticks of a look; returns the status of waiting for it."""
     own[0] += 1

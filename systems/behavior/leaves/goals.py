@@ -24,7 +24,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     LATER_PLACES,
     MAX_PLACES,
 )
-from hunav_drake.systems.common.kernels import jit, jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.people.places import PlaceType
 
 Mode = Literal["append", "next", "replace"]
@@ -97,7 +97,7 @@ def set_random_goal(
     return status
 
 
-@jit_inline
+@jit_part
 def _may_be_drawn(tick, place, kind):
     """Returns whether a place is another one, and of a type."""
     row = place_at(tick, place)

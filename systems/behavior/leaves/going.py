@@ -53,7 +53,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     way_to,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Activity
 
 _FOLLOW, _BLOCK = float(Activity.FOLLOW), float(Activity.BLOCK)
@@ -101,7 +101,7 @@ def go_to(
     return RUNNING
 
 
-@jit_inline
+@jit_part
 def _approach(tick, it, closest, speed, turn_rate):
     """Walks to a body until `closest`; returns whether it is that near."""
     away = distance_between(tick, it)
@@ -237,7 +237,7 @@ def approach_robot(
     return status
 
 
-@jit_inline
+@jit_part
 def block(tick, it, front_dist, max_vel, turn_rate):
     """Walks to the spot in front of a body, facing it: see `BlockAgent`."""
     fast = speed_of(it)
@@ -367,7 +367,7 @@ def avoid_robot(
     return status
 
 
-@jit_inline
+@jit_part
 def _flee(tick, it, speed):
     """Walks away from a body, past walls; stands where there is no room."""
     straight = math.atan2(tick.y - it.y, tick.x - it.x)

@@ -14,7 +14,7 @@ from hunav_drake.systems.behavior.nodes.social import (
     show_activity,
     signal_of,
 )
-from hunav_drake.systems.common.kernels import jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit_part
 from hunav_drake.systems.common.layout import MAX_PARTNERS, Activity, Signal
 from hunav_drake.systems.people.human_config import MAX_GROUP_ID
 
@@ -36,7 +36,7 @@ _X, _Y = int(Signal.CENTER_X), int(Signal.CENTER_Y)
 _ANGLE, _PARTNERS = int(Signal.ANGLE), int(Signal.PARTNER_1)
 
 
-@jit_inline
+@jit_part
 def circle_slot(x, y, angle, slot, count):
     """Returns the place of one of several people in a circle around (x, y)."""
     radius = _RADIUS + _MORE * (count - 1)
@@ -66,7 +66,7 @@ def host_of(tick):
     return found
 
 
-@jit_inline
+@jit_part
 def _place_in(signal, row):
     """Returns the place of a person among the partners of an offer, or -1."""
     for i in range(MAX_PARTNERS):
@@ -75,7 +75,7 @@ def _place_in(signal, row):
     return -1
 
 
-@jit_inline
+@jit_part
 def group_of(host):
     """Returns the number of the group that walks with a host, by its row."""
     # (No group of a scenario has such a number.)

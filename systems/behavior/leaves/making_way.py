@@ -53,7 +53,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     robot_of,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.schema import within
 
 # The least gap between the discs at which robots pass; and the gap beyond which
@@ -187,19 +187,19 @@ def make_way(
     return RUNNING
 
 
-@jit_inline
+@jit_part
 def _gap(drive):
     """Returns the gap at which a robot would pass the person now."""
     return abs(drive.beside) - drive.both
 
 
-@jit_inline
+@jit_part
 def _elsewhere(drive, clearance):
     """Returns the distance beside its way at which a robot passes nobody."""
     return drive.both + clearance + _NEAR
 
 
-@jit_inline
+@jit_part
 def _choose(tick, own, drive, gap, least, pace, away):
     """Chooses the spot to go to, or to go away from the robot."""
     spot = find_spot(tick, drive, Wanted(gap, least, pace, away))
@@ -209,7 +209,7 @@ def _choose(tick, own, drive, gap, least, pace, away):
         _set_places(own, spot)
 
 
-@jit_inline
+@jit_part
 def _set_places(own, spot):
     own[_PLACES] = spot.back_x
     own[_PLACES + 1] = spot.back_y
@@ -217,7 +217,7 @@ def _set_places(own, spot):
     own[_PLACES + 3] = spot.y
 
 
-@jit_inline
+@jit_part
 def _is_held(tick, own, robot, clearance):
     """Returns whether the spot has been unsuitable for too long."""
     drive = drive_of(robot, tick)
@@ -245,7 +245,7 @@ def _is_held(tick, own, robot, clearance):
     return seconds > 0 and steps_reach(own[_HELD], tick.time_step, seconds)
 
 
-@jit_inline
+@jit_part
 def _is_another_ahead(tick, robot):
     """Returns whether a robot may be standing for another person."""
     for i in range(tick.num_humans):
@@ -256,13 +256,13 @@ def _is_another_ahead(tick, robot):
     return False
 
 
-@jit_inline
+@jit_part
 def _stands_near(drive):
     """Returns whether the robot stands where it may want to pass."""
     return drive.speed < SLOW and drive.along < drive.both + _NEARBY
 
 
-@jit_inline
+@jit_part
 def _goes_to_spot(tick, own, robot, pace, deceleration):
     """Walks to the spot, first back and then aside; returns whether it does."""
     for stage in (_GO_BACK, _GO_ASIDE):
@@ -293,7 +293,7 @@ def _goes_to_spot(tick, own, robot, pace, deceleration):
     return False
 
 
-@jit_inline
+@jit_part
 def _goes_away(tick, own, drive, pace, deceleration):
     """Walks away ahead of the robot; returns whether it does.
 
@@ -317,7 +317,7 @@ def _goes_away(tick, own, drive, pace, deceleration):
     return True
 
 
-@jit_inline
+@jit_part
 def _look_past(tick, own, drive):
     """Decides to go past a robot that stands, where no other way is left."""
     _, _, free = way_off(tick, drive)
@@ -329,7 +329,7 @@ def _look_past(tick, own, drive):
         _set_places(own, spot)
 
 
-@jit_inline
+@jit_part
 def _goes_past(tick, own, pace):
     """Walks past a robot along a wall; returns whether it does."""
     ax, ay = own[_PLACES], own[_PLACES + 1]
@@ -346,7 +346,7 @@ def _goes_past(tick, own, pace):
     return True
 
 
-@jit_inline
+@jit_part
 def _press(tick, dx, dy, left):
     """Overcomes the forces of walls that keep the person off a spot there.
 

@@ -45,26 +45,26 @@ from hunav_drake.systems.behavior.nodes.tick import (
     way_to,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.schema import within
 
 # The attributes without effect of leaves for which `agent_id` has one.
 _OTHERS = tuple(it for it in IGNORED if it != "agent_id")
 
 
-@jit_inline
+@jit_part
 def observer(tick, number):
     """Returns the row of an observer: of oneself for `NOBODY`, or -1."""
     return tick.index if number == NOBODY else row_of(tick, number)
 
 
-@jit_inline
+@jit_part
 def distance_between(one, other):
     """Returns the distance between the centers of two bodies, in meters."""
     return math.hypot(other.x - one.x, other.y - one.y)
 
 
-@jit_inline
+@jit_part
 def is_in_view(one, other, distance, field_of_view):
     """Returns whether a body is near, and in the field of view of another."""
     if distance_between(one, other) > distance:

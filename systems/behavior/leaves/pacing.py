@@ -7,7 +7,7 @@ import numpy as np
 
 from hunav_drake.systems.behavior.nodes.control_flow import steps_reach
 from hunav_drake.systems.behavior.nodes.status import RUNNING, SUCCESS
-from hunav_drake.systems.common.kernels import jit_inline
+from hunav_drake.systems.common.kernels import jit_part
 from hunav_drake.systems.common.layout import Hold
 from hunav_drake.systems.common.schema import within
 
@@ -48,13 +48,13 @@ _PRESSES = 0.8
 _STAND = float(Hold.STAND)
 
 
-@jit_inline
+@jit_part
 def speed_of(body):
     """Returns the speed of a body, in m/s."""
     return math.hypot(body.vx, body.vy)
 
 
-@jit_inline
+@jit_part
 def wrapped(angle):
     """Returns `math.remainder(angle, 2 * math.pi)`, to the last bit."""
     turn = 2 * math.pi
@@ -67,7 +67,7 @@ def wrapped(angle):
     return math.copysign(1.0, angle) * rest
 
 
-@jit_inline
+@jit_part
 def face(tick, x, y, turn_rate):
     """Turns the person towards a point, at `turn_rate` at most.
 
@@ -78,7 +78,7 @@ def face(tick, x, y, turn_rate):
     tick.yaw_target = math.atan2(dy, dx) if dx != 0 or dy != 0 else tick.yaw
 
 
-@jit_inline
+@jit_part
 def head_for(tick, x, y, goal_radius):
     """Walks to a point instead of to the current goal."""
     tick.goal_x = x
@@ -87,7 +87,7 @@ def head_for(tick, x, y, goal_radius):
     tick.has_goal = 1.0
 
 
-@jit_inline
+@jit_part
 def walk_at(tick, speed, deceleration):
     """Walks at a speed, slowing down to it by `deceleration` at most."""
     tick.desired_speed = speed
@@ -97,7 +97,7 @@ def walk_at(tick, speed, deceleration):
     tick.max_speed = speed
 
 
-@jit_inline
+@jit_part
 def slow_down_before(tick, left, deceleration):
     """Limits the speed so that `deceleration` stops the person in `left` m."""
     # (Half of it leaves room for the forces. The desired speed stays, so that
@@ -107,7 +107,7 @@ def slow_down_before(tick, left, deceleration):
     tick.max_speed = min(speed, tick.max_speed)
 
 
-@jit_inline
+@jit_part
 def come_to_rest(tick, deceleration):
     """Stands still, or slows down to do so, by `deceleration` at most."""
     left = speed_of(tick) - deceleration * tick.time_step
@@ -119,7 +119,7 @@ def come_to_rest(tick, deceleration):
     walk_at(tick, left, 0.0)
 
 
-@jit_inline
+@jit_part
 def walk_with(tick, vx, vy, acceleration):
     """Walks with a velocity in W, which changes by `acceleration` at most."""
     dx, dy = vx - tick.vx, vy - tick.vy
@@ -139,7 +139,7 @@ def walk_with(tick, vx, vy, acceleration):
     head_for(tick, tick.x + ahead * vx, tick.y + ahead * vy, 0.0)
 
 
-@jit_inline
+@jit_part
 def walk_to(tick, x, y, speed):
     """Walks to a point at a speed."""
     head_for(tick, x, y, _REACH)
@@ -147,7 +147,7 @@ def walk_to(tick, x, y, speed):
     tick.max_speed = speed
 
 
-@jit_inline
+@jit_part
 def run_for(tick, own, duration):
     """Returns the status of an action that lasts `duration`, or for ever.
 
@@ -160,19 +160,19 @@ def run_for(tick, own, duration):
     return RUNNING
 
 
-@jit_inline
+@jit_part
 def stand(tick):
     """Stands still."""
     tick.hold = _STAND
 
 
-@jit_inline
+@jit_part
 def approach_speed(tick, left):
     """Returns the speed for a way of which some meters are left."""
     return min(tick.max_speed, max(_SLOWLY, left / _SOON))
 
 
-@jit_inline
+@jit_part
 def settle(tick, x, y, off=_OFF):
     """Walks to a point and stays there; returns whether the person is there.
 

@@ -22,7 +22,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     sees,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.schema import within
 
 # The field of view of people, a little more than half a turn, in radians.
@@ -44,7 +44,7 @@ Distance = Annotated[float, within(0, 1e5, "m")]
 AHEAD, BESIDE, ROW = 0, 1, 2
 
 
-@jit_inline
+@jit_part
 def course(robot):
     """Returns the unit vector of a robot's velocity; of its heading at rest."""
     speed = speed_of(robot)
@@ -53,20 +53,20 @@ def course(robot):
     return robot.vx / speed, robot.vy / speed
 
 
-@jit_inline
+@jit_part
 def _is_clear(tick, index, occlusion):
     """Returns whether no wall hides a robot; always without `occlusion`."""
     robot = robot_at(tick, index)
     return occlusion == 0 or sees(tick, robot.x, robot.y)
 
 
-@jit_inline
+@jit_part
 def _fitting(tick):
     """Returns an array for the distance of each robot; else infinity."""
     return numbers_at(tick.distances)
 
 
-@jit_inline
+@jit_part
 def _notice_nearest(tick, occlusion):
     """Notices the nearest robot that no wall hides; returns its index or -1.
 
@@ -247,7 +247,7 @@ def is_robot_in_the_way(
     return bool(_notice_nearest(tick, occlusion) >= 0)
 
 
-@jit_inline
+@jit_part
 def _is_any_near(tick, distance):
     """Returns whether any robot's center is at most a distance away."""
     for i in range(tick.num_robots):
@@ -257,7 +257,7 @@ def _is_any_near(tick, distance):
     return False
 
 
-@jit_inline
+@jit_part
 def between(tick, clearance, gap):
     """Returns the distance to keep from the centers of robots, in meters.
 
@@ -270,7 +270,7 @@ def between(tick, clearance, gap):
     return clearance
 
 
-@jit_inline
+@jit_part
 def before_goal(tick, distance, clearance, behind):
     """Returns the robots between the person and the goal.
 
@@ -306,7 +306,7 @@ def before_goal(tick, distance, clearance, behind):
     return found[:count]
 
 
-@jit_inline
+@jit_part
 def way(tick):
     """Returns the unit vector to the goal; of the heading if there is none."""
     if has_goal(tick):
@@ -327,7 +327,7 @@ _WAITING = {
 }
 
 
-@jit_inline
+@jit_part
 def _begin_anew(own):
     own[0] = 0.0
     for i in range(1, 5):
@@ -377,7 +377,7 @@ def is_robot_waiting(
     return True
 
 
-@jit_inline
+@jit_part
 def _nearest_ahead(tick, distance, margin):
     """Returns the row of the nearest robot that has the person ahead, or -1."""
     nearest, found = math.inf, -1

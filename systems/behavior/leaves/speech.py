@@ -39,7 +39,7 @@ from hunav_drake.systems.behavior.nodes.texts import WORDS
 from hunav_drake.systems.behavior.nodes.tick import Tick
 from hunav_drake.systems.behavior.nodes.tick_context import TICKS_LEFT
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Signal
 
 # The time of a word, and the least of an utterance, in seconds.
@@ -80,7 +80,7 @@ def say_something(
     return SUCCESS
 
 
-@jit_inline
+@jit_part
 def _wait(tick, own, duration):
     """Returns whether to wait on, or to fail: once `duration` has passed."""
     own[0] += 1
@@ -90,7 +90,7 @@ def _wait(tick, own, duration):
     return RUNNING
 
 
-@jit_inline
+@jit_part
 def _hears(tick, index, distance):
     """Returns the distance of a body that speaks near; else infinity."""
     if index == tick.index or signal_of(tick, index)[_SAID] == 0:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from hunav_drake.systems.behavior.leaves.pacing import STANDING, speed_of
 from hunav_drake.systems.behavior.leaves.robot_conditions import course
 from hunav_drake.systems.behavior.nodes.tick import human_at, walls_of
-from hunav_drake.systems.common.kernels import jit_inline
+from hunav_drake.systems.common.kernels import jit_part
 from hunav_drake.systems.world.ray_cast import ray_cast
 
 # The distance along the robot's way in which people look for room; its steps.
@@ -72,7 +72,7 @@ class Drive(NamedTuple):
     speed: float
 
 
-@jit_inline
+@jit_part
 def drive_of(robot, body):
     """Returns the drive of a robot relative to a person; rows of `STATE`."""
     hx, hy = course(robot)
@@ -119,7 +119,7 @@ class Wanted(NamedTuple):
     away: float
 
 
-@jit_inline
+@jit_part
 def find_spot(tick, drive, wanted):
     """Returns the spot beside a robot's way to let it pass, if there is one.
 
@@ -165,7 +165,7 @@ def find_spot(tick, drive, wanted):
     return spot
 
 
-@jit_inline
+@jit_part
 def _can_cross(drive, back, way, pace):
     """Returns whether a person can cross before a robot comes."""
     if drive.speed == 0:
@@ -174,7 +174,7 @@ def _can_cross(drive, back, way, pace):
     return drive.along + back - driven > drive.both + _CROSSING
 
 
-@jit_inline
+@jit_part
 def _is_taken(tick, x, y):
     """Returns whether another stands where the person is to stand."""
     apart = 2 * tick.body_radius + _APART
@@ -186,7 +186,7 @@ def _is_taken(tick, x, y):
     return False
 
 
-@jit_inline
+@jit_part
 def free_way(tick, x, y, dx, dy, way, beside):
     """Returns the length of a straight way that is free for the body, in m.
 
@@ -208,7 +208,7 @@ def free_way(tick, x, y, dx, dy, way, beside):
     return max(free, 0.0)
 
 
-@jit_inline
+@jit_part
 def way_off(tick, drive):
     """Returns a way off from a robot: a direction, and its free length.
 
@@ -230,7 +230,7 @@ def way_off(tick, drive):
     return drive.hx, drive.hy, straight
 
 
-@jit_inline
+@jit_part
 def way_past(tick, drive):
     """Returns the way past a robot that stands, if bodies fit.
 

@@ -35,7 +35,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
 )
 from hunav_drake.systems.behavior.nodes.tick_context import MAX_BEHAVIOR_STATUS
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import RobotRole
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.people.standing import bar_the_way
@@ -70,7 +70,7 @@ ROLES = (
 UNSEEN = float(RobotRole.UNSEEN)
 
 
-@jit_inline
+@jit_part
 def act(tick, robot):
     """Shows that the person does something, with a role of the robots."""
     tick.behavior_status = 1
@@ -97,7 +97,7 @@ def is_goal_reached(tick: Tick, shared: bool = True) -> bool:
     return bool(shared) and _is_taken(tick, x, y, distance)
 
 
-@jit_inline
+@jit_part
 def _is_taken(tick, x, y, distance):
     """Returns whether people who stand at a goal block the person's way."""
     beyond = (distance - tick.reach) / _CROWDING
@@ -202,7 +202,7 @@ def keep_place(tick: Tick, own: Array, speed: PortSpeed = 0.6) -> NodeStatus:
     return SUCCESS
 
 
-@jit_inline
+@jit_part
 def _is_blocked(tick, x, y):
     """Returns whether a robot or another person is on the way to a place."""
     for i in range(tick.num_robots):
@@ -214,7 +214,7 @@ def _is_blocked(tick, x, y):
     return False
 
 
-@jit_inline
+@jit_part
 def _is_on_way(tick, x, y, it):
     """Returns whether a body is on the straight way to a place."""
     dx, dy = x - tick.x, y - tick.y

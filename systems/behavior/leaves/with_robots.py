@@ -38,7 +38,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     robot_at,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.layout import Activity
 
 _ACCOMPANY, _WAIT = float(Activity.ACCOMPANY), float(Activity.WAIT)
@@ -111,7 +111,7 @@ def accompany_robot(
     return status
 
 
-@jit_inline
+@jit_part
 def _left(it):
     """Returns the left of a robot's course, or of its reverse when it backs."""
     hx, hy = course(it)
@@ -119,7 +119,7 @@ def _left(it):
     return (hy, -hx) if backs else (-hy, hx)
 
 
-@jit_inline
+@jit_part
 def _side(tick, it, side, spacing):
     """Returns the side of a robot to walk on: 1 is the left, -1 the right."""
     if side > 0:
@@ -133,7 +133,7 @@ def _side(tick, it, side, spacing):
     return 1.0 if lx * (tick.x - it.x) + ly * (tick.y - it.y) >= 0 else -1.0
 
 
-@jit_inline
+@jit_part
 def _bars_the_way(tick, it, distance):
     """Returns whether a robot bars the straight way to the goal."""
     x, y = goal_of(tick)

@@ -53,7 +53,7 @@ from hunav_drake.systems.behavior.nodes.tick import (
     robot_of,
 )
 from hunav_drake.systems.common.arrays import Array
-from hunav_drake.systems.common.kernels import jit, jit_inline
+from hunav_drake.systems.common.kernels import jit, jit_part
 from hunav_drake.systems.common.schema import within
 from hunav_drake.systems.common.sorting import stable_order
 
@@ -211,7 +211,7 @@ def keep_off(tick: Tick, distance: Distance = 2.5) -> NodeStatus:
     return SUCCESS if is_slower else FAILURE
 
 
-@jit_inline
+@jit_part
 def _keeps_off(tick, robots, lane, room):
     """Stays off a robot that leaves no room to pass; returns whether it does.
 
@@ -244,7 +244,7 @@ def _keeps_off(tick, robots, lane, room):
     return False
 
 
-@jit_inline
+@jit_part
 def _fits(tick, robot, side, room):
     """Returns whether a body fits between a robot and the wall beside it."""
     gx, gy = way(tick)
@@ -254,7 +254,7 @@ def _fits(tick, robot, side, room):
     return cast_ray(tick, robot, x, y) > 1
 
 
-@jit_inline
+@jit_part
 def _find_lane(tick, robots, clearance, usual, body):
     """Returns the lane past robots: meters to the left of the way."""
     first = math.inf
@@ -271,7 +271,7 @@ def _find_lane(tick, robots, clearance, usual, body):
     return lane
 
 
-@jit_inline
+@jit_part
 def _widest_lane(tick, robots, clearance, usual, body):
     """Returns the room, up to `clearance`, and the lane with the most of it."""
     count = len(robots)
@@ -308,7 +308,7 @@ def _widest_lane(tick, robots, clearance, usual, body):
     return lanes[best, 0], lanes[best, 1]
 
 
-@jit_inline
+@jit_part
 def _wall_beside(tick, robots, clearance, side):
     """Returns the lane of the wall beside robots on a side: 1 left, -1 right.
 

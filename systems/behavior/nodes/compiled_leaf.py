@@ -26,7 +26,7 @@ class CompiledLeaf(NamedTuple):
 def address_of(leaf: CompiledLeaf) -> int:
     """Returns the address of a leaf in this process; compiles it if need be."""
     signature = leaf_signature(TICK_RECORD, leaf.ports, leaf.remembers)
-    kernel = leaf.kernel
+    kernel = leaf.kernel.whole()
     if signature.args not in kernel.overloads:
         kernel.compile(signature)
     made = kernel.overloads[signature.args]

@@ -34,7 +34,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     TICKS_LEFT,
     UTTERANCE,
 )
-from hunav_drake.systems.common.kernels import jit_inline, jit_part
+from hunav_drake.systems.common.kernels import jit_part
 from hunav_drake.systems.common.layout import (
     MAX_PARTNERS,
     OUTSIDE,
@@ -82,7 +82,7 @@ _MAX_SPEED = int(Command.MAX_SPEED)
 _QUEUE = float(Activity.QUEUE)
 
 
-@jit_inline
+@jit_part
 def signal_of(tick, index):
     """Returns the row of `social_signals` of a person, or of a robot.
 
@@ -91,19 +91,19 @@ def signal_of(tick, index):
     return numbers_at(tick.signals + 8 * SIGNAL_SIZE * index)
 
 
-@jit_inline
+@jit_part
 def own_signal(tick):
     """Returns the person's row of `social_signals`, to be changed."""
     return numbers_at(tick.signal)
 
 
-@jit_inline
+@jit_part
 def social_memory(tick):
     """Returns the person's own numbers: see `SOCIAL_MEMORY`."""
     return numbers_at(tick.social)
 
 
-@jit_inline
+@jit_part
 def num_bodies(tick):
     """Returns the number of people and robots."""
     return tick.num_humans + tick.num_robots
@@ -117,7 +117,7 @@ def body_at(tick, index):
     return robot_at(tick, index - tick.num_humans)
 
 
-@jit_inline
+@jit_part
 def is_clear(tick, one, other):
     """Returns whether no wall is between the centers of two bodies."""
     hiding = vector_at(tick.hiding, tick.hiding_size)
@@ -134,13 +134,13 @@ def row_of(tick, number):
     return -1
 
 
-@jit_inline
+@jit_part
 def number_of(tick, index):
     """Returns the number of a person, by the row; of a robot, -1."""
     return integers_at(tick.ids)[index] if index < tick.num_humans else -1
 
 
-@jit_inline
+@jit_part
 def comes_first(tick, index, away, found, nearest):
     """Returns whether a body is nearer than the one found, if any.
 
@@ -151,14 +151,14 @@ def comes_first(tick, index, away, found, nearest):
     return found >= 0 and number_of(tick, index) < number_of(tick, found)
 
 
-@jit_inline
+@jit_part
 def notice(tick, index):
     """Makes a body, if it is a robot, the one to react to."""
     if index >= tick.num_humans:
         tick.noticed = index - tick.num_humans
 
 
-@jit_inline
+@jit_part
 def is_before(tick, index, since, number):
     """Returns whether what a body does began before something else.
 
@@ -178,7 +178,7 @@ def place_of(tick, code):
     return -1
 
 
-@jit_inline
+@jit_part
 def pose_of(tick, place):
     """Returns the pose (x, y, yaw) of a place in W."""
     row = place_at(tick, place)
@@ -209,14 +209,14 @@ def people_in(tick, code):
     return found[:count]
 
 
-@jit_inline
+@jit_part
 def give_result(tick, slot, value):
     """Sets the entry of a result, by the value of its port."""
     if slot >= 0:
         numbers_at(tick.memory)[np.int64(slot)] = value
 
 
-@jit_inline
+@jit_part
 def say(tick, utterance, addressee, ticks):
     """Says something for a number of ticks, this one included."""
     memory = social_memory(tick)
@@ -228,7 +228,7 @@ def say(tick, utterance, addressee, ticks):
     own[_TO] = addressee
 
 
-@jit_inline
+@jit_part
 def look_at(tick, target, x, y):
     """Shows a gaze: at a row code, or `AT_POINT`."""
     own = own_signal(tick)
@@ -264,13 +264,13 @@ def queue_length(tick, code):
     return count
 
 
-@jit_inline
+@jit_part
 def ticks_of(tick):
     """Returns the number of ticks of the tree before this one."""
     return social_memory(tick)[TICKS] if tick.social != 0 else 0.0
 
 
-@jit_inline
+@jit_part
 def mixed(number):
     """Returns 64 bits mixed from 64 others: SplitMix64."""
     number = number + np.uint64(0x9E3779B97F4A7C15)
@@ -354,7 +354,7 @@ def end_signal(tick):
         _sit(tick, memory)
 
 
-@jit_inline
+@jit_part
 def _seat_at(tick):
     """Returns the seat at which a person is, from 1; 0 if there is none.
 
@@ -414,7 +414,7 @@ def _sit(tick, memory):
     tick.turn_rate = math.pi
 
 
-@jit_inline
+@jit_part
 def slot_at(tick, row):
     """Returns the numbers of a slot, by its row: see `SLOT_SIZE`."""
     it = numbers_at(tick.slots_of_places + 8 * SLOT_SIZE * row)

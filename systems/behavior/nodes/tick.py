@@ -19,7 +19,7 @@ from hunav_drake.systems.behavior.nodes.tick_context import (
     LATER_PLACES,
     MAX_PLACES,
 )
-from hunav_drake.systems.common.kernels import jit_inline, rows_of
+from hunav_drake.systems.common.kernels import jit_part, rows_of
 from hunav_drake.systems.common.layout import (
     COMMAND_SIZE,
     STATE_FIELDS,
@@ -94,44 +94,44 @@ STATE = np.dtype([(name, np.float64) for name in STATE_FIELDS])
 Tick = Any
 
 
-@jit_inline
+@jit_part
 def human_at(tick, index):
     """Returns the state of one of the people: a record `STATE`."""
     return record_at(tick.humans, index, STATE)
 
 
-@jit_inline
+@jit_part
 def robot_at(tick, index):
     """Returns the state of one of the robots: a record `STATE`."""
     return record_at(tick.robots, index, STATE)
 
 
-@jit_inline
+@jit_part
 def command_to(tick, goal):
     """Returns the command to walk to a goal: see `Person.commands`."""
     return numbers_at(tick.commands + 8 * COMMAND_SIZE * goal)
 
 
-@jit_inline
+@jit_part
 def place_at(tick, row):
     """Returns the numbers of a place, by its row: see `PLACE_SIZE`."""
     return numbers_at(tick.places + 8 * PLACE_SIZE * row)
 
 
-@jit_inline
+@jit_part
 def way_to(tick, row):
     """Returns where people walk to who only want to get to a place, in W."""
     place = place_at(tick, row)
     return place[10], place[11]
 
 
-@jit_inline
+@jit_part
 def has_goal(tick):
     """Returns whether there is a goal to walk to."""
     return tick.goal < tick.num_goals or tick.goal_place > 0
 
 
-@jit_inline
+@jit_part
 def goal_of(tick):
     """Returns the current goal in W, in meters; there must be one."""
     if tick.goal_place > 0:
@@ -140,7 +140,7 @@ def goal_of(tick):
     return command[0], command[1]
 
 
-@jit_inline
+@jit_part
 def next_goal(tick):
     """Goes on to the next goal, and makes it the goal of the command.
 
@@ -164,7 +164,7 @@ def next_goal(tick):
     return True
 
 
-@jit_inline
+@jit_part
 def aim(tick):
     """Makes the current goal that of the command."""
     if tick.goal_place > 0:
@@ -177,7 +177,7 @@ def aim(tick):
     tick.has_goal = command[3]
 
 
-@jit_inline
+@jit_part
 def later_place(tick, is_last):
     """Takes the next of the places to come: 1 + its row, or 0.
 
@@ -198,7 +198,7 @@ def later_place(tick, is_last):
     return 0
 
 
-@jit_inline
+@jit_part
 def robot_of(tick):
     """Returns the index of the robot to react to; -1 if there are no robots.
 
@@ -218,7 +218,7 @@ def robot_of(tick):
     return found
 
 
-@jit_inline
+@jit_part
 def kept_robot(tick, own, at):
     """Returns the index of the robot that an action goes on with, or -1.
 
@@ -232,26 +232,26 @@ def kept_robot(tick, own, at):
     return tick.noticed
 
 
-@jit_inline
+@jit_part
 def standing_of(tick):
     """Returns rows of the people who stand: see `find_standing`."""
     return rows_of(vector_at(tick.standing, 3 * tick.num_standing), 3)
 
 
-@jit_inline
+@jit_part
 def walls_of(tick):
     """Returns `Obstacles.table` of what the person cannot walk through."""
     return vector_at(tick.walls, tick.walls_size)
 
 
-@jit_inline
+@jit_part
 def sees(tick, x, y):
     """Returns whether nothing hides a point in W from the person."""
     hiding = vector_at(tick.hiding, tick.hiding_size)
     return ray_cast(tick.x, tick.y, x, y, hiding) > 1
 
 
-@jit_inline
+@jit_part
 def cast_ray(tick, start, x, y):
     """Casts a ray along the floor, from the center of a body to a point in W.
 

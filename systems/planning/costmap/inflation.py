@@ -84,7 +84,7 @@ def _squared_distances(lethal: Array, most: int) -> Array:
     above = np.where(lethal, rows, len(lethal) + far)
     above = np.minimum.accumulate(above[::-1])[::-1]
     along = np.minimum(np.minimum(rows - below, above - rows) ** 2, most)
-    squares = along.copy()
+    squares: Array = along.copy()
     for k in range(1, min(math.isqrt(most), lethal.shape[1] - 1) + 1):
         for near, other in (
             (np.s_[:, k:], np.s_[:, :-k]),

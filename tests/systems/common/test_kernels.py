@@ -105,6 +105,115 @@ def test_a_kernel_that_calls_it_has_it_compiled_to_its_types(scaled_sum):
     assert len(scaled_sum.overloads) == 1
 
 
+def test_a_part_is_compiled_alone_only_for_python():
+    @jit
+    def half(number):
+        return number / 2
+
+    @jit_as(REAL, REAL)
+    def quarter(number):
+        return half(half(number))
+
+    assert quarter(3.0) == 0.75
+    assert len(half.overloads) == 1
+    assert not half.whole().overloads
+    assert [half(3.0), half(np.int64(3)), half(5.0)] == [1.5, 1.5, 2.5]
+    assert len(half.whole().overloads) == 2
+    assert quarter(5.0) == 1.25
+
+
+PARTS = """
+import sys
+import numpy as np
+from hunav_drake.systems.common.kernels import REAL, VECTOR, jit, jit_as
+
+@jit
+def root(number):
+    if number < 0:
+        raise ValueError("has no root", number)
+    return np.sqrt(number)
+
+@jit
+def both(numbers):
+    return root(numbers[0]), root(numbers[1])
+
+@jit_as(REAL, VECTOR)
+def added(numbers):
+    a, b = both(numbers)
+    return a + b
+
+@jit_as(REAL, VECTOR)
+def taken(numbers):
+    a, b = both(numbers)
+    return a - b
+
+kernel = taken if sys.argv[1:] else added
+print(kernel(np.array([9.0, 4.0])))
+try:
+    kernel(np.array([9.0, -4.0]))
+except ValueError as error:
+    print(error)
+hits = sum(kernel.stats.cache_hits.values())
+print(hits, sum(both.stats.cache_hits.values()))
+"""
+
+
+def test_errors_in_parts_reach_python_also_from_code_on_disk(tmp_path):
+    """So do those in parts that a kernel of another process has compiled."""
+    path = tmp_path / "roots.py"
+    path.write_text(PARTS)
+
+    def output(*arguments):
+        program = [sys.executable, path, *arguments]
+        return subprocess.check_output(program, text=True).splitlines()
+
+    told = "('has no root', -4.0)"
+    assert output() == ["5.0", told, "0 0"]
+    assert output() == ["5.0", told, "1 0"]
+    assert output("taken") == ["1.0", told, "0 1"]
+    assert output("taken") == ["1.0", told, "1 0"]
+
+
+LOCKED = """
+import sys, time
+from hunav_drake.systems.common import kernels
+from hunav_drake.systems.common.kernels import REAL, jit_as
+
+@jit_as(REAL, REAL)
+def first(number):
+    return number + 1
+
+@jit_as(REAL, REAL)
+def second(number):
+    return number + 2
+
+if len(sys.argv) > 1:
+    with kernels._locked(first, waits=True):
+        print("held", flush=True)
+        sys.stdin.readline()
+else:
+    def other():
+        second.compile_once(waits=False)
+        print("second", len(first.overloads), len(second.overloads), flush=True)
+
+    kernels.meanwhile.append(other)
+    print(first(1.0), flush=True)
+"""
+
+
+def test_who_waits_for_another_process_compiles_something_else(tmp_path):
+    path = tmp_path / "two.py"
+    path.write_text(LOCKED)
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, path, "hold"], **pipes) as holder:
+        assert holder.stdout.readline() == "held\n"
+        with subprocess.Popen([sys.executable, path], **pipes) as waiting:
+            assert waiting.stdout.readline() == "second 0 1\n"
+            assert waiting.poll() is None
+            holder.communicate("\n")
+            assert waiting.stdout.readline() == "2.0\n"
+
+
 @pytest.mark.slow
 def test_to_load_a_scenario_takes_no_kernel():
     program = (
@@ -127,7 +236,7 @@ def test_two_processes_do_not_give_their_functions_the_same_numbers(scaled_sum):
     try:
         second = jit(lambda: 0.0)
         second()
-        (other,) = second.overloads.values()
+        (other,) = second.whole().overloads.values()
         assert abs(other.fndesc.uid - first) > 1 << 20
         assert min(first, other.fndesc.uid) > 1 << 20
     finally:
