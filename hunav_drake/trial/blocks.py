@@ -381,8 +381,9 @@ def AddTrialScene(
         time_step=scenario.simulation.time_step,
         meshcat=meshcat,
         config=scenario.scene,
-        inputs=SceneInputs(scan_angles=rays, sayings=sayings),
-        drawn=drawn or seen,
+        inputs=SceneInputs(
+            scan_angles=rays, sayings=sayings, drawn=drawn or seen
+        ),
     )
 
 

@@ -92,7 +92,7 @@ class ScenePorts:
 
 @dataclass(frozen=True, kw_only=True)
 class SceneInputs:
-    """What a scene shows by further inputs.
+    """What a scene shows, and by which further inputs.
 
     Attributes:
         scan_angles: The rays of a lidar, or their angles relative to the
@@ -102,10 +102,13 @@ class SceneInputs:
             texts that it may say, by their `text_code`; there may be none. An
             input "social_signals" takes n rows of `layout.Signal`: figures sit,
             look aside and gesture, and bubbles tell what they say.
+        drawn: Whether there is geometry. Where nobody looks, a scene without it
+            is made faster, and has the same state.
     """
 
     scan_angles: Rays | Array | Mapping[str, Rays | Array] | None = None
     sayings: Sequence[Mapping[float, str]] | None = None
+    drawn: bool = True
 
 
 def AddScene(
@@ -118,7 +121,6 @@ def AddScene(
     meshcat: "Meshcat | None" = None,
     config: SceneConfig | None = None,
     inputs: SceneInputs | None = None,
-    drawn: bool = True,
 ) -> ScenePorts:
     """Adds the scene to a builder as one diagram named "scene".
 
@@ -150,8 +152,6 @@ def AddScene(
         meshcat: The Meshcat to show the scene in.
         config: The additional drawings.
         inputs: What else the scene shows, by further inputs.
-        drawn: Whether there is geometry. Where nobody looks, a scene without it
-            is made faster, and has the same state.
 
     Raises:
         ValueError: If the builder has a system named "scene" already, or the
@@ -167,7 +167,7 @@ def AddScene(
     inner = DiagramBuilder()
     scene_graph = inner.AddNamedSystem("scene_graph", SceneGraph())
     plant = MultibodyPlant(time_step=0.0)
-    if drawn:
+    if inputs.drawn:
         plant.RegisterAsSourceForSceneGraph(scene_graph)
         bounds = scene_bounds(world, humans, robot, margin=FLOOR_MARGIN)
         AddFloor(plant, bounds, world)
@@ -187,7 +187,7 @@ def AddScene(
         name: _AddRobot(plant, figure_of(name), it, accent(k))
         for k, (name, it) in enumerate(robots.items())
     }
-    if not drawn:
+    if not inputs.drawn:
         # Only now: before, its bodies would get geometry.
         plant.RegisterAsSourceForSceneGraph(scene_graph)
     plant.Finalize()
