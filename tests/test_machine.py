@@ -149,6 +149,7 @@ def test_the_search_finds_nothing_else(text):
     assert not list(blas_calls(text))
 
 
+@pytest.mark.slow
 def test_no_metric_and_no_state_goes_through_blas():
     used = set()
     for path in modules().values():

@@ -1,6 +1,7 @@
 """The commands `hunav branch` and `hunav who`."""
 
 import argparse
+from collections.abc import Sequence
 import contextlib
 import math
 from pathlib import Path
@@ -165,8 +166,9 @@ def _branch(options: argparse.Namespace) -> int:
         branches["robot stands"] = robots["stands"]
     if options.reference == "robot gone":
         branches.setdefault("robot gone", robots["gone"])
-    scenario, diagram, context = _fork(options)
-    with input_errors(ValueError):
+    with contextlib.ExitStack() as stack:
+        scenario, diagram, context = _fork(options, stack, options.planner)
+        stack.enter_context(input_errors(ValueError))
         made = RunBranches(
             scenario,
             diagram,
@@ -189,11 +191,12 @@ def _branch(options: argparse.Namespace) -> int:
 def _who(options: argparse.Namespace) -> int:
     from hunav_drake.trial.branches.who import MOST_EXACT, WhoDelayedWhom
 
-    scenario, diagram, context = _fork(options)
-    if not diagram.humans:
-        raise InputError("the scenario has no people who could be delayed")
-    few = len(diagram.humans) <= MOST_EXACT
-    with input_errors(ValueError):
+    with contextlib.ExitStack() as stack:
+        scenario, diagram, context = _fork(options, stack)
+        if not diagram.humans:
+            raise InputError("the scenario has no people who could be delayed")
+        few = len(diagram.humans) <= MOST_EXACT
+        stack.enter_context(input_errors(ValueError))
         table = WhoDelayedWhom(
             scenario,
             diagram,
@@ -221,8 +224,16 @@ def _who(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _fork(options: argparse.Namespace) -> Any:
-    """Returns the scenario, its diagram and the Context at the instant."""
+def _fork(
+    options: argparse.Namespace,
+    stack: contextlib.ExitStack,
+    planners: Sequence[str] = (),
+) -> Any:
+    """Returns the scenario, its diagram and the Context at the instant.
+
+    The stack enters a context that tells about compilation, also that for
+    other planners.
+    """
     more = []
     if options.seed is not None:
         if options.file is not None:
@@ -234,12 +245,17 @@ def _fork(options: argparse.Namespace) -> Any:
     scenario = load_scenario(options.scenario, options, more)
     if options.out is not None:
         check_out(options.out, "")
+    from hunav_drake.runs.compiling_ahead import compiling_ahead
     from hunav_drake.scenario import ScenarioError
     from hunav_drake.scenario.checks import check_begins_alone
+    from hunav_drake.trial.compiling import told_compile_time
     from hunav_drake.trial.context_file import LoadContext
     from hunav_drake.trial.diagram import MakeTrialDiagram
     from hunav_drake.trial.simulation import MakeTrialSimulator
 
+    stack.enter_context(
+        told_compile_time(lambda: compiling_ahead(scenario, planners))
+    )
     with input_errors(ScenarioError):
         # (A saved Context has the trigger.)
         if options.file is None:

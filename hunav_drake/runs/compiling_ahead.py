@@ -1,6 +1,6 @@
 """Compiles the kernels of a trial in several processes, at its first run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 import contextlib
 import functools
 import importlib
@@ -73,8 +73,11 @@ _ALL = (
 _MOST_PROCESSES = 4
 
 
-def kernels_of(scenario: Scenario) -> list[str]:
-    """Returns the names of the large kernels that a trial needs."""
+def kernels_of(scenario: Scenario, planners: Iterable[str] = ()) -> list[str]:
+    """Returns the names of the large kernels that a trial needs.
+
+    `planners` are the names of others that it may have, too.
+    """
     model = scenario.crowd.model
     names: list[str] = []
     # (With people who come and go, other functions are compiled.)
@@ -85,7 +88,7 @@ def kernels_of(scenario: Scenario) -> list[str]:
     is_empty = scenario.world == type(scenario.world)()
     if scenario.crowd.route_planning and not is_empty:
         names += _AMONG_WALLS
-    for planner in planners_of(scenario).split("+"):
+    for planner in (*planners_of(scenario).split("+"), *planners):
         chosen = _PLANNERS.get(planner, ())
         names += [*chosen, *_MAPS] if planner in _PLANNERS else _CLEARANCE
     if scenario.sensors:
@@ -94,14 +97,16 @@ def kernels_of(scenario: Scenario) -> list[str]:
 
 
 @contextlib.contextmanager
-def compiling_ahead(scenario: Scenario) -> Iterator[None]:
-    """Compiles kernels of a trial in other processes while a block runs.
+def compiling_ahead(
+    scenario: Scenario, planners: Iterable[str] = ()
+) -> Iterator[None]:
+    """Compiles `kernels_of` a trial in other processes while a block runs.
 
     This process compiles them, too, when it has to wait for another one. The
     processes end with the block. There are none with one processor, where
     compiled code cannot be kept on disk, or where no process can be started.
     """
-    names = kernels_of(scenario)
+    names = kernels_of(scenario, planners)
     count = min(_num_processors() - 1, _MOST_PROCESSES) if keeps_code() else 0
     # (Ctrl-C ends the block, and so the processes.)
     start = functools.partial(

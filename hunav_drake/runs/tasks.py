@@ -90,14 +90,19 @@ def load_trials() -> None:
 
 def warm_up(texts: Iterable[str]) -> None:
     """Compiles the kernels of scenarios, and caches them on disk."""
+    from hunav_drake.runs.compiling_ahead import compiling_ahead
     from hunav_drake.scenario import LoadScenario
+    from hunav_drake.trial.compiling import told_compile_time
     from hunav_drake.trial.diagram import MakeTrialDiagram
     from hunav_drake.trial.simulation import MakeTrialSimulator
 
     for text in texts:
         scenario = LoadScenario(data=text)
-        simulator = MakeTrialSimulator(MakeTrialDiagram(scenario, drawn=False))
-        simulator.AdvanceTo(4 * scenario.simulation.time_step)
+        helping = functools.partial(compiling_ahead, scenario)
+        with told_compile_time(helping, quiet=True):
+            diagram = MakeTrialDiagram(scenario, drawn=False)
+            simulator = MakeTrialSimulator(diagram)
+            simulator.AdvanceTo(4 * scenario.simulation.time_step)
 
 
 def _run(task: Task, seed: int, repetition: int) -> RunRow:

@@ -8,7 +8,6 @@ from contextlib import (
     nullcontext,
 )
 from dataclasses import dataclass
-import functools
 import gc
 import sys
 import time
@@ -81,22 +80,27 @@ def compile_time(
 @contextmanager
 def told_compile_time(
     helping: Callable[[], AbstractContextManager[None]] = nullcontext,
+    *,
+    quiet: bool = False,
 ) -> Iterator[CompileTime]:
     """Measures the time of compilation, and reports it on standard error.
 
     From the first compilation on, the rest runs in the context that `helping`
-    makes.
+    makes. If it is `quiet`, nothing is reported.
     """
     from hunav_drake.systems.common.kernels import keeps_code
 
     told = False
     stack = ExitStack()
     terminal = sys.stderr.isatty()
-    write = functools.partial(print, file=sys.stderr, flush=True)
+
+    def write(text: str, end: str = "\n") -> None:
+        if not quiet:
+            print(text, end=end, file=sys.stderr, flush=True)
 
     def tell(measured: CompileTime) -> None:
         nonlocal told
-        text = "Compiling kernels (once, a minute or two) ..."
+        text = "Compiling kernels (once, up to a minute) ..."
         if not told:
             told = True
             write(text, end="" if terminal else "\n")

@@ -275,6 +275,7 @@ def test_a_held_command_follows_a_planner_of_any_perception(sees):
     assert speeds[0] > 0.1
 
 
+@pytest.mark.slow
 def test_results_are_of_the_time_from_the_instant_to_the_end():
     scenario = crossing()
     diagram, context = at(scenario, 4.0)

@@ -72,6 +72,7 @@ def test_columns_add_up_in_a_trial():
     np.testing.assert_allclose(drawn.sum(), table.sum(), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_person_may_be_called_robot():
     tables = []
     for name in ("ana", "robot"):

@@ -56,6 +56,7 @@ def test_a_choice_of_few_metrics_is_shown_whole(hunav):
     assert "--all" not in out
 
 
+@pytest.mark.slow
 def test_a_program_reads_json(hunav, tmp_path):
     _, out, _ = hunav("run", "passing", *SHORT, "--json", "--out", tmp_path)
     data = json.loads(out)
@@ -94,6 +95,7 @@ def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
         assert b"Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_seed_and_repeat_are_told_apart(hunav, tmp_path):
     for _ in range(2):
         hunav(
@@ -146,7 +148,7 @@ def test_who_waits_for_kernels_is_told_so():
     )
     done = run_python(code)
     first, last = done.stderr.splitlines()
-    assert first == "Compiling kernels (once, a minute or two) ..."
+    assert first == "Compiling kernels (once, up to a minute) ..."
     assert re.fullmatch(r"Compiled \d+ kernels in \d+ s; they are.*", last)
 
 

@@ -224,6 +224,7 @@ def test_real_time_takes_the_last_command(domain):
     assert np.hypot(robot[-1, 3], robot[-1, 4]) == pytest.approx(0.3, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_trial_that_falls_behind_real_time_says_so(domain):
     scenario = LoadScenario(
         filename="crossing", overrides=["simulation.duration=1", "humans=[]"]
@@ -437,6 +438,7 @@ def test_a_goal_of_who_begins_to_read_goals_counts(domain):
     assert result.recording.goal == (1.0, 2.0, 0.0)
 
 
+@pytest.mark.slow
 def test_a_command_for_the_trial_before_moves_no_robot(domain):
     planner = BridgePlanner(lockstep=False)
     node = DdsNode()
@@ -665,6 +667,7 @@ def test_foxglove_gets_the_topics():
     assert "ros2msg" in text
 
 
+@pytest.mark.slow
 def test_the_command_shows_a_trial_in_foxglove(capsys):
     options = ["--set", "simulation.duration=1", "--quiet"]
     main(["run", "passing", "--foxglove", "0", *options])

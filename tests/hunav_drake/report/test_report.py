@@ -163,6 +163,7 @@ def test_planners_without_equal_seeds_are_not_compared_in_pairs(tmp_path):
     assert "not compared" not in text
 
 
+@pytest.mark.slow
 def test_a_page_does_not_depend_on_the_style_of_the_session(tmp_path):
     pages = []
     for style in ("classic", "dark_background"):

@@ -74,7 +74,7 @@ def test_other_processes_compile_and_end_with_the_block(
     tmp_path, monkeypatch, started
 ):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(dut, "kernels_of", lambda _: [DISCS])
+    monkeypatch.setattr(dut, "kernels_of", lambda *_: [DISCS])
     with dut.compiling_ahead(LoadScenario("passing")):
         end = time.monotonic() + 100
         while not any(tmp_path.rglob("discs.touch_discs*.nbc")):

@@ -157,6 +157,7 @@ def test_without_a_social_force_people_do_not_avoid():
     assert none.ade[0] < 0.05 < default.ade[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "fps", "old", "free"),
     [

@@ -226,6 +226,7 @@ def test_a_gif_has_the_frames_and_the_size_that_are_told(run, tmp_path):
     assert told == [(k + 1, 11) for k in range(11)]
 
 
+@pytest.mark.slow
 def test_a_film_at_twice_the_speed_has_half_the_frames(run, tmp_path):
     slow, fast = (
         mut.RenderFilm(
@@ -460,6 +461,7 @@ def test_a_film_is_the_same_for_any_number_of_processes(run, tmp_path, suffix):
     assert films[0] == films[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["perspective", "top"])
 def test_what_stands_still_is_drawn_once_and_looks_the_same(run, view):
     """A picture is put together from what stands still and what moves."""
@@ -484,6 +486,7 @@ class WholeScene(FilmScene):
         return None
 
 
+@pytest.mark.slow
 def test_a_picture_does_not_depend_on_those_before(run):
     trial = LoadRecordedTrial(run)
     one, other = (

@@ -158,6 +158,7 @@ print(hits, sum(both.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 def test_errors_in_parts_reach_python_also_from_code_on_disk(tmp_path):
     """So do those in parts that a kernel of another process has compiled."""
     path = tmp_path / "roots.py"
@@ -201,6 +202,7 @@ else:
 """
 
 
+@pytest.mark.slow
 def test_who_waits_for_another_process_compiles_something_else(tmp_path):
     path = tmp_path / "two.py"
     path.write_text(LOCKED)

@@ -40,6 +40,7 @@ def test_weidmanns_speeds_are_those_of_the_table():
     )
 
 
+@pytest.mark.slow
 @BOTH
 def test_the_speed_in_a_dense_stream_is_as_measured(model):
     assert abs(ring_speed(model, 2.0) - weidmann(2.0)) < 0.1

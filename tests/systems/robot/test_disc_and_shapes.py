@@ -63,6 +63,7 @@ def test_no_shape_of_pmb2_reaches_beyond_its_disc():
     assert reached == pytest.approx(robot.radius, abs=5e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [0.105, 0.11, 0.129, 0.131, 0.3])
 def test_a_disc_2_cm_larger_than_the_model_is_a_warning(burger, radius):
     scenario = Scenario(robot={**burger(radius), "goal": (3, 0, 0)})

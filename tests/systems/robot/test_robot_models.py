@@ -98,6 +98,7 @@ def test_a_planar_base_drives_along_its_heading(kind, start, request):
     )
 
 
+@pytest.mark.slow
 def test_a_planar_base_pushes_with_its_largest_force(crate):
     person = HumanConfig(pose=(2, 0, math.pi), desired_speed=0.0)
     run = drive(make_diagram(crate, [person]), (0.5, 0), duration=6.0)
@@ -162,6 +163,7 @@ def test_contacts_of_a_part_from_another_model_count(tmp_path):
     assert contact[Contact.FORCE_X] < -10
 
 
+@pytest.mark.slow
 def test_a_motor_of_another_model_is_told(tmp_path):
     more = """<link name="tip"><inertial><mass value="1"/><inertia ixx="0.1"
     ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
@@ -193,6 +195,7 @@ def test_wheels_may_turn_the_other_way(tmp_path, side):
     assert run.robot[-1, 0] == pytest.approx(0.3 * 1.85, abs=0.05)
 
 
+@pytest.mark.slow
 def test_wheels_turn_about_the_y_axis(stages, tmp_path):
     upright = FOOTPRINT.replace('axis xyz="0 1 0"', 'axis xyz="0 0 1"')
     stages |= {
@@ -346,6 +349,7 @@ def test_faulty_files_are_told(crate, tmp_path, text, place, words):
     assert words in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "key", "words"),
     [
@@ -364,6 +368,7 @@ def test_wrong_planar_joints_are_told(stages, change, key, words):
     assert words in message
 
 
+@pytest.mark.slow
 def test_planar_joints_that_turn_with_the_base_are_told(stages, tmp_path):
     """They would be along the world's axes at yaw 0 only."""
     text = STAGES
@@ -381,6 +386,7 @@ def test_planar_joints_that_turn_with_the_base_are_told(stages, tmp_path):
     assert "0.1 of 'along_x' changes (x, y, yaw) by [0.0995, 0.00" in message
 
 
+@pytest.mark.slow
 def test_a_start_outside_of_the_limits_of_a_joint_is_told(stages):
     """The robot would be flung back at hundreds of meters per second."""
     stages["start"] = (3.0, -60.0, 0.0)
@@ -389,6 +395,7 @@ def test_a_start_outside_of_the_limits_of_a_joint_is_told(stages):
     assert "must have y in [-50, 50], the limits of the model's" in message
 
 
+@pytest.mark.slow
 def test_a_robot_does_not_carry_the_world(tmp_path):
     """Its figure would be a loop, which Drake refuses."""
     text, base, drive = MODELS["turtle.urdf"]
@@ -403,6 +410,7 @@ def test_a_robot_does_not_carry_the_world(tmp_path):
     assert "'rear_caster_joint' that carries the world; give it" in message
 
 
+@pytest.mark.slow
 def test_wheels_cannot_drive_what_the_world_carries(stages):
     stages["drive"] = {
         "left_wheel": "turn",

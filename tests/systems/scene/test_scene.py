@@ -655,6 +655,7 @@ def test_a_headless_scene_publishes_nothing_and_opens_no_port():
     assert result.stdout == "quiet\n", result.stdout + result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pmb2", "base_link", "stages"])
 def test_a_physical_robot_is_drawn_as_its_model(kind, tmp_path):
     if kind == "pmb2":

@@ -96,6 +96,7 @@ def check_step(snapshot):
     np.testing.assert_allclose(moved, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(snapshots())
 def test_a_step_is_that_of_the_kernel(snapshot):
     check_step(snapshot)

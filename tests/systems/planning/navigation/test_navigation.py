@@ -410,6 +410,7 @@ def test_the_system_tells_why():
     assert status == [PlannerStatus.FAILED]
 
 
+@pytest.mark.slow
 def test_a_world_in_blocks_has_the_same_local_maps(monkeypatch):
     random = np.random.default_rng(5)
     corners = random.uniform(-15, 15, (60, 2))
