@@ -89,8 +89,10 @@ def kernels_of(scenario: Scenario, planners: Iterable[str] = ()) -> list[str]:
     if scenario.crowd.route_planning and not is_empty:
         names += _AMONG_WALLS
     for planner in (*planners_of(scenario).split("+"), *planners):
-        chosen = _PLANNERS.get(planner, ())
-        names += [*chosen, *_MAPS] if planner in _PLANNERS else _CLEARANCE
+        if planner in _PLANNERS:
+            names += [*_PLANNERS[planner], *_MAPS]
+        else:
+            names += _CLEARANCE
     if scenario.sensors:
         names.append(_LIDAR)
     return list(dict.fromkeys([*names, *_ALL]))
