@@ -276,6 +276,11 @@ def _lock_file(folder):
     return None
 
 
+# Numba measures the time of each call of LLVM, which nobody asks for: that is a
+# twentieth of the time of compiling.
+with contextlib.suppress(AttributeError):
+    llvm.ffi.lib._lock._cblist.clear()
+
 # The options of all that is compiled. Division by zero is IEEE's. `fastmath` is
 # never among them: it lets LLVM fuse and reorder, differently in each copy of
 # a function that is inlined into callers, and which copy runs depends on what
