@@ -44,7 +44,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 _FOLDER = Path(__file__).parents[1]
 _STAMP = _FOLDER / "__pycache__" / "kernels.sha256"
-_JIT = re.compile(rb"(jit(_as|_with)?|late_as)\b")
+_JIT = re.compile(rb"(jit(_as|_part)?|late_as|part_as)\b")
 _IMPORT = re.compile(rb"from hunav_drake\.systems\.([\w.]+) import")
 
 
@@ -434,6 +434,30 @@ def jit(function):
     with contextlib.suppress(RuntimeError):
         part._cache = _KeptPart(function)
     return part
+
+
+def part_as(result, *arguments):
+    """Returns the decorator `jit` for fixed types.
+
+    Numbers, such as 1 and a whole number that is computed, are the same types
+    then; else, each combination of types is compiled.
+    """
+    signature = result(*arguments)
+
+    def decorate(function):
+        part = jit(function)
+        call_template = part.get_call_template
+
+        def get_call_template(types, keywords):
+            if not part.overloads:
+                part.compile(signature)
+                part.disable_compile()
+            return call_template(types, keywords)
+
+        part.get_call_template = get_call_template
+        return part
+
+    return decorate
 
 
 # Generators are not kept on disk: numba 0.68 fails (KeyError) to compile the

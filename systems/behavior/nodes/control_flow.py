@@ -29,7 +29,7 @@ from hunav_drake.systems.behavior.nodes.social import queue_length
 from hunav_drake.systems.behavior.nodes.status import NodeStatus
 from hunav_drake.systems.behavior.nodes.table import PORT
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
-from hunav_drake.systems.common.kernels import INTEGER, jit_as, jit_part
+from hunav_drake.systems.common.kernels import INTEGER, jit_part, part_as
 
 # (Compiled code knows them as numbers.)
 IDLE, RUNNING, SUCCESS, FAILURE, SKIPPED = map(int, NodeStatus)
@@ -61,7 +61,7 @@ def steps_of(seconds, time_step):
     return steps
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
+@part_as(INTEGER, TICK_RECORD, INTEGER, INTEGER)
 def _child(tick, row, index):
     """Returns the row of a child; 0 after the last one."""
     if index >= row_at(tick, row).children:
@@ -128,7 +128,7 @@ def _call(tick, node, ports):
     return call_leaf(node.leaf, node.num_ports, remembers, tick, own, ports)
 
 
-@jit_as(void, TICK_RECORD, INTEGER, INTEGER)
+@part_as(void, TICK_RECORD, INTEGER, INTEGER)
 def _call_after(tick, row, status):
     """Tells the leaf of `AROUND` the status of the child."""
     values = numbers_at(tick.values)
@@ -376,7 +376,7 @@ def _most_wanted(tick, row):
     return chosen
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER)
+@part_as(INTEGER, TICK_RECORD, INTEGER)
 def _tick_again(tick, row):
     """Ticks the child of Repeat or RetryUntilSuccessful, if it is due."""
     node = row_at(tick, row)
@@ -391,7 +391,7 @@ def _tick_again(tick, row):
     return row + 1
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+@part_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
 def _branch(tick, row, child, status):
     """Goes on with IfThenElse or WhileDoElse after its child was ticked."""
     node = row_at(tick, row)
@@ -425,7 +425,7 @@ def _threshold(port, count):
     return np.int64(port) if port >= 0 else max(count + np.int64(port) + 1, 0)
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+@part_as(INTEGER, TICK_RECORD, INTEGER, INTEGER, INTEGER)
 def _tick_rest(tick, row, child, ticked):
     """Ticks the children of Parallel that are not done.
 

@@ -12,7 +12,7 @@ from hunav_drake.systems.behavior.nodes.pointers import (
 from hunav_drake.systems.behavior.nodes.port import UNSET
 from hunav_drake.systems.behavior.nodes.table import ROW, SLOT, STEP
 from hunav_drake.systems.behavior.nodes.tick import TICK_RECORD
-from hunav_drake.systems.common.kernels import INTEGER, REAL, jit_as, jit_part
+from hunav_drake.systems.common.kernels import INTEGER, REAL, jit_part, part_as
 
 # The largest number of values on the stack of a script, which may be nested
 # 20 deep.
@@ -29,7 +29,7 @@ def row_at(tick, row):
     return record_at(tick.rows, row, ROW)
 
 
-@jit_as(void, TICK_RECORD, INTEGER, INTEGER, INTEGER)
+@part_as(void, TICK_RECORD, INTEGER, INTEGER, INTEGER)
 def interrupt(tick, row, code, slot):
     """Notes why, and at which node and slot, the walk cannot go on."""
     if tick.code == 0:
@@ -38,7 +38,7 @@ def interrupt(tick, row, code, slot):
         tick.slot = slot
 
 
-@jit_as(REAL, TICK_RECORD, INTEGER, INTEGER)
+@part_as(REAL, TICK_RECORD, INTEGER, INTEGER)
 def run_script(tick, row, script):
     """Runs a script of a node, and returns its last value.
 
@@ -95,7 +95,7 @@ def run_script(tick, row, script):
     return stack[top] if top >= 0 else 0.0
 
 
-@jit_as(void, TICK_RECORD, INTEGER, INTEGER)
+@part_as(void, TICK_RECORD, INTEGER, INTEGER)
 def halt(tick, begin, end):
     """Halts the nodes from one row up to another, as far as they run.
 

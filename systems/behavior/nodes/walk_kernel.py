@@ -34,6 +34,7 @@ from hunav_drake.systems.common.kernels import (
     VECTOR,
     jit_as,
     jit_part,
+    part_as,
 )
 from hunav_drake.systems.common.layout import COMMAND_SIZE, OUTSIDE, STATE_SIZE
 from hunav_drake.systems.people.standing import find_standing
@@ -42,7 +43,7 @@ from hunav_drake.systems.people.standing import find_standing
 PORTS_READ = -1
 
 
-@jit_as(INTEGER, TICK_RECORD, INTEGER)
+@part_as(INTEGER, TICK_RECORD, INTEGER)
 def _asked(tick, row):
     """Returns the status that the conditions before a node give, or IDLE."""
     node = row_at(tick, row)
@@ -83,7 +84,7 @@ def _note(tick, row, status):
         run_script(tick, row, script)
 
 
-@jit_as(void, TICK_RECORD, INTEGER, INTEGER)
+@part_as(void, TICK_RECORD, INTEGER, INTEGER)
 def _walk_tree(tick, row, status):
     """Ticks a tree from its top, or goes on from a node with its status."""
     while True:
