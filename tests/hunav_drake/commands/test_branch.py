@@ -56,7 +56,6 @@ def test_differences_by_rounding_have_no_sign():
     assert [signed(it, "m") for it in (1e-9, -1e-9, 0.0)] == ["0"] * 3
 
 
-@pytest.mark.slow
 def test_branch_goes_on_from_a_file(hunav, tmp_path):
     diagram = MakeTrialDiagram(LoadScenario(filename="crossing"))
     simulator = MakeTrialSimulator(diagram)
@@ -85,7 +84,6 @@ def test_branch_tells_how_small_differences_grow(hunav):
     )
 
 
-@pytest.mark.slow
 def test_who_prints_the_matrix(hunav, tmp_path):
     code, out, err = hunav(
         *("who", "passing", "--until", "20", "--out", tmp_path)

@@ -56,7 +56,6 @@ def test_a_choice_of_few_metrics_is_shown_whole(hunav):
     assert "--all" not in out
 
 
-@pytest.mark.slow
 def test_a_program_reads_json(hunav, tmp_path):
     _, out, _ = hunav("run", "passing", *SHORT, "--json", "--out", tmp_path)
     data = json.loads(out)

@@ -124,7 +124,6 @@ def test_figures_and_tables_of_a_suite(suite_folder, tmp_path, capsys):
     assert len(list(figures.glob("crossing_path_length_*.pdf"))) == 3
 
 
-@pytest.mark.slow
 def test_tables_of_single_runs(runs_folder, tmp_path, capsys):
     latex = tmp_path / "mine.tex"
     assert cli.main(["report", str(runs_folder), "--latex", str(latex)]) == 0
@@ -203,7 +202,6 @@ def test_a_folder_without_runs_is_told_by_what_it_has(
     assert not (tmp_path / "report.html").exists()
 
 
-@pytest.mark.slow
 def test_branches_and_a_file(runs_folder, capsys):
     """What `hunav branch` writes beside its runs does not hide them."""
     (runs_folder / "branches.csv").write_text("")
@@ -252,7 +250,6 @@ def test_a_damaged_line_of_the_log_of_single_runs_is_told(runs_folder, capsys):
     assert "bug" not in told
 
 
-@pytest.mark.slow
 def test_single_runs_in_the_folder_of_a_suite_are_told(
     suite_folder, tmp_path, capsys
 ):

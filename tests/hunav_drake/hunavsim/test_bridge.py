@@ -224,7 +224,6 @@ def test_real_time_takes_the_last_command(domain):
     assert np.hypot(robot[-1, 3], robot[-1, 4]) == pytest.approx(0.3, abs=1e-3)
 
 
-@pytest.mark.slow
 def test_a_trial_that_falls_behind_real_time_says_so(domain):
     scenario = LoadScenario(
         filename="crossing", overrides=["simulation.duration=1", "humans=[]"]
@@ -667,7 +666,6 @@ def test_foxglove_gets_the_topics():
     assert "ros2msg" in text
 
 
-@pytest.mark.slow
 def test_the_command_shows_a_trial_in_foxglove(capsys):
     options = ["--set", "simulation.duration=1", "--quiet"]
     main(["run", "passing", "--foxglove", "0", *options])

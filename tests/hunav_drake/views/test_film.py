@@ -226,7 +226,6 @@ def test_a_gif_has_the_frames_and_the_size_that_are_told(run, tmp_path):
     assert told == [(k + 1, 11) for k in range(11)]
 
 
-@pytest.mark.slow
 def test_a_film_at_twice_the_speed_has_half_the_frames(run, tmp_path):
     slow, fast = (
         mut.RenderFilm(

@@ -96,7 +96,6 @@ def test_paths_lead_from_start_to_end(done):
     assert paths["robots"][0] == [[-2.0, 0.0, 0.0]]
 
 
-@pytest.mark.slow
 def test_several_robots_are_in_all_frames_and_take_a_planner(tmp_path):
     text = """
     robots:
@@ -188,7 +187,6 @@ def test_a_stopped_run_has_no_result(tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
-@pytest.mark.slow
 def test_a_run_that_is_not_possible_says_why(tmp_path):
     channel = FakeChannel()
     trials = Trials(channel)

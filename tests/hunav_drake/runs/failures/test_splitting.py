@@ -58,7 +58,6 @@ def split_walks(count, seed):
     )
 
 
-@pytest.mark.slow
 def test_rare_walks_are_as_likely_as_they_are():
     """Spec: 3.75e-4 by Monte Carlo, 4.2e-4 +- 0.4e-4 by splitting."""
     known = reaching_probability()

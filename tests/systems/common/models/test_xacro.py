@@ -116,7 +116,6 @@ def test_an_unknown_argument_is_told(cart):
     assert fault.path == "robot.arguments.prefx"
 
 
-@pytest.mark.slow
 def test_included_files_count_among_those_of_a_scenario(cart):
     loaded = LoadScenario(data=scenario(cart))
     part = cart.parents[2] / "cart_parts/urdf/wheel.xacro"
