@@ -168,6 +168,7 @@ class Judge:
 
 def setting(draw: Draw) -> Setting:
     """Returns the setting of a case with the model of a draw."""
+    # (mypy takes the name of the model for any text.)
     return Setting(draw.model)  # type: ignore[arg-type]
 
 
