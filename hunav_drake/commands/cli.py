@@ -99,7 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         # What is loaded stays: to look through it again and again for garbage,
         # and a last time at the end, takes a quarter of the time of a command.
-        gc.set_threshold(100_000)
+        gc.set_threshold(400_000)
         atexit.register(gc.freeze)
     imports: Sequence[str] = ()
     try:

@@ -184,6 +184,17 @@ def progress_bar(
         yield bar, show
 
 
+def load_matplotlib() -> None:
+    """Loads Matplotlib without the texts on setters, a third of its time.
+
+    They are part of its docstrings, which no command shows.
+    """
+    import matplotlib.artist
+
+    matplotlib.artist.kwdoc = lambda _: ""
+    import matplotlib.figure
+
+
 def load_scenario(
     scenario: str,
     options: Any,

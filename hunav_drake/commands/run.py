@@ -21,6 +21,7 @@ from hunav_drake.commands.options import (
     add_format_option,
     add_import_option,
     add_trial_options,
+    load_matplotlib,
     load_scenario,
     overlay_names,
     tell_doubts,
@@ -330,6 +331,7 @@ def keep_run(
     meshcat: Any = None,
 ) -> list[str]:
     """Writes the files of a run, with Meshcat's replay; returns messages."""
+    load_matplotlib()
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.runs.result_files import WriteResult
     from hunav_drake.scenario import SaveScenario

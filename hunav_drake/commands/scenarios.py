@@ -462,7 +462,7 @@ def _name_choices(whole: argparse.ArgumentParser, is_bash: bool) -> None:
     from hunav_drake.runs import ListSuites
     from hunav_drake.scenario import ListScenarios
     from hunav_drake.scenario.templates import list_templates
-    from hunav_drake.systems.crowd.models import MOTION_MODELS
+    from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
     from hunav_drake.systems.evaluation.metrics import METRICS
     from hunav_drake.systems.planning import PLANNERS
     from hunav_drake.validation.cases import CASES

@@ -145,7 +145,7 @@ def _judge(options: argparse.Namespace, models: list[str]) -> int:
     """Predicts recorded people with motion models, and prints the scores."""
     from hunav_drake.systems.common.files import atomic_write
     from hunav_drake.systems.crowd import CrowdConfig
-    from hunav_drake.systems.crowd.models import MOTION_MODELS
+    from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
     from hunav_drake.validation.recorded import (
         BODY,
         CrowdPrediction,

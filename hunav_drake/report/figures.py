@@ -49,6 +49,7 @@ def make_figure(
         layout: The layout of Matplotlib.
     """
     import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     import matplotlib.style
 
     # Text stays text, so the browser chooses fonts for any script. The salt
@@ -62,7 +63,12 @@ def make_figure(
         stream = io.StringIO()
         nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
         drawing = drawn(size, draw, layout)
-        drawing.savefig(stream, format="svg", metadata=nothing)
+        # (`savefig` would draw everything once more to lay it out.)
+        canvas = FigureCanvasSVG(drawing)
+        drawing.dpi = 72
+        drawing.get_layout_engine().execute(drawing)
+        drawing.set_layout_engine("none")
+        canvas.print_svg(stream, metadata=nothing)
     return ReportFigure(caption, _inline(stream.getvalue(), name))
 
 

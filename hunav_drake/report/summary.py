@@ -1,4 +1,4 @@
-"""What a report tells, in three sentences, from its numbers."""
+"""What a report on several runs tells, in three sentences."""
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from hunav_drake.report.tables import number, signed
-from hunav_drake.runs.comparison.captions import listed
 from hunav_drake.runs.independent_runs import (
     comparable,
     draws_nothing,
@@ -24,13 +23,11 @@ from hunav_drake.runs.statistics import (
     compare,
     summarize,
 )
-from hunav_drake.systems.common.suggest import counted
+from hunav_drake.systems.common.suggest import listed
 from hunav_drake.systems.evaluation.metric import base_name
-from hunav_drake.systems.scene.overlays.reactions import reactions
 from hunav_drake.trial.branches.run import Branches, growth_text
 from hunav_drake.trial.metric_facts import unit_of
 from hunav_drake.trial.quantity_text import unit_text
-from hunav_drake.trial.result import TrialResult
 
 # The metrics of people, of which the first that has values is told.
 _PEOPLE = ("min_dist_to_people", "personal_space_intrusions")
@@ -78,88 +75,6 @@ def runs_summary(runs: pd.DataFrame) -> list[str]:
         several = runs["contender"].nunique() > 1
         sentences.append(_about(parts, several) if parts else missing)
     return sentences
-
-
-def trial_summary(
-    result: TrialResult, encounters: Mapping[str, pd.DataFrame]
-) -> list[str]:
-    """Returns three sentences on a trial: its end, distances, and contacts.
-
-    Times are those since the recording began.
-
-    Args:
-        result: The trial.
-        encounters: By robot, the table `people` of `find_encounters`.
-    """
-    run = result.recording
-    robots = list(run.robots)
-    ends = result.robot_ends or {robots[0].robot_name: result.end_reason}
-    arrived = sum(it == GOAL for it in ends.values())
-    start = float(run.times[0])
-    # (That of a file is its length: its clock may begin anywhere.)
-    begin = 0.0 if "source" in result.provenance else start
-    time = f"{number(result.end_time - begin)} s"
-    lengths = [
-        float(np.hypot(*np.diff(it.until_end().robot[:, :2], axis=0).T).sum())
-        for it in robots
-    ]
-    length = f"{number(sum(lengths), 'm')} m"
-    if start > 0:
-        length += f", from {number(start)} s on"
-    several = len(robots) > 1
-    if all(it.goal is None for it in robots):
-        end = f"had no goal; the trial ended after {time} and {length}"
-        first = f"The robot{'s' * several} {end}."
-    elif several:
-        first = (
-            f"{arrived} of {len(robots)} robots reached their goals; the trial"
-            f" ended after {time}, in which they drove {length}."
-        )
-    elif arrived:
-        first = f"The robot reached its goal after {time} and {length}."
-    else:
-        first = (
-            f"The robot did not reach its goal: the trial ended after {time}"
-            f" ({result.end_reason}), in which it drove {length}."
-        )
-    it, its = ("They", "a robot") if several else ("It", "the robot")
-    gaps = [
-        (float(row["min_gap_exact"]), str(person), float(row["min_gap_time"]))
-        for table in encounters.values()
-        for person, row in table.iterrows()
-        if math.isfinite(row["min_gap_exact"])
-    ]
-    if not gaps:
-        speeds = np.concatenate(
-            [it.until_end().features.forward_speed for it in robots]
-        )
-        people = "There were no people." if not run.num_humans else ""
-        return [
-            first,
-            people or "Nobody was there at the same time.",
-            f"{it} drove at {number(float(speeds.mean()), 'm/s')} m/s on"
-            " average.",
-        ]
-    gap, name, when = min(gaps)
-    moment = f"{number(when - start, 's')} s"
-    near = f"{number(max(gap, 0.0), 'm')} m" if gap > 0 else "a contact"
-    second = (
-        f"{it} came nearest to {name}, after {moment}: {near}"
-        f"{', from surface to surface' * (gap > 0)}."
-    )
-    touched = list(dict.fromkeys(who for gap, who, _ in gaps if gap <= 0))
-    n = run.num_humans
-    found = reactions(run.times, run.behavior_status, run.social_signals)
-    reacting = len({i for i, _, _ in found})
-    third = (
-        f"{it} touched {listed(touched)}" if touched else f"{it} touched nobody"
-    )
-    return [
-        first,
-        second,
-        f"{third}, and {reacting} of {counted(n, 'person', 'people')}"
-        f" reacted to {its}.",
-    ]
 
 
 def branches_summary(branches: Branches) -> list[str]:

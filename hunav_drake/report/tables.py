@@ -2,15 +2,20 @@
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hunav_drake.runs.outcomes import GOAL, why_not_goal
 from hunav_drake.systems.evaluation.metric import base_name
 from hunav_drake.systems.evaluation.metrics import METRICS
-from hunav_drake.trial.metric_facts import direction_of, family_of
+from hunav_drake.trial.metric_facts import (
+    Table as Metrics,
+    direction_of,
+    family_of,
+)
 from hunav_drake.trial.quantity_text import number_text, superscript, unit_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _ARROWS = {"lower": "↓", "higher": "↑"}
 
@@ -99,7 +104,7 @@ class MetricRows:
         groups: The rows of each group.
     """
 
-    metrics: pd.Series | pd.DataFrame
+    metrics: Metrics
     by_family: bool = True
     groups: dict[str, list[list[Cell]]] = field(default_factory=dict)
 
@@ -113,7 +118,7 @@ class MetricRows:
         self.groups.setdefault(family, []).append(row)
 
 
-def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
+def metric_cell(metrics: Metrics, name: str) -> Metric:
     """Returns the name of a metric with its direction and definition."""
     definition = ""
     if (metric := METRICS.get(base_name(name))) is not None:
@@ -124,7 +129,7 @@ def metric_cell(metrics: pd.Series | pd.DataFrame, name: str) -> Metric:
 
 
 def outcome_table(
-    outcomes: pd.DataFrame, names: Mapping[str, str]
+    outcomes: "pd.DataFrame", names: Mapping[str, str]
 ) -> Table | None:
     """Returns the counts of end reasons of each kind of runs, with messages.
 

@@ -5,7 +5,6 @@ import math
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from hunav_drake.report.figures import ReportFigure, make_figure, run_figures
 from hunav_drake.report.plots.activity import (
@@ -18,7 +17,6 @@ from hunav_drake.report.plots.situations import (
     situations_height,
 )
 from hunav_drake.report.plots.style import COLUMN
-from hunav_drake.report.summary import trial_summary
 from hunav_drake.report.tables import (
     Cell,
     MetricRows,
@@ -27,10 +25,18 @@ from hunav_drake.report.tables import (
     provenance_table,
     split_by_family,
 )
+from hunav_drake.report.trial_summary import trial_summary
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.suggest import counted
-from hunav_drake.systems.evaluation.encounters import find_encounters
-from hunav_drake.systems.evaluation.metric import FLEET_FAMILY, base_name
+from hunav_drake.systems.evaluation.encounters import (
+    Encounters,
+    find_encounters,
+)
+from hunav_drake.systems.evaluation.metric import (
+    FLEET_FAMILY,
+    LEAST_GAP,
+    base_name,
+)
 from hunav_drake.systems.evaluation.metrics import METRICS
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.systems.evaluation.situations import FindSituations
@@ -71,7 +77,7 @@ def trial_content(result: TrialResult) -> dict[str, Any]:
     people, by_behavior = _people(result), _by_behavior(result)
     run = result.recording
     found = {
-        it.robot_name: find_encounters(run, robot=it.robot_name).people()
+        it.robot_name: find_encounters(run, robot=it.robot_name)
         for it in (run.robots if people else ())
     }
     situations = _situations(run) if people else None
@@ -167,33 +173,30 @@ def _figures(result: TrialResult) -> list[ReportFigure]:
 
 def _headline(result: TrialResult) -> Table:
     """Returns the table of headline metrics."""
-    rows = MetricRows(result.metrics, by_family=False)
-    return _values(result, headline_of(result.metrics), rows)
+    rows = MetricRows(result.tables, by_family=False)
+    return _values(result, headline_of(result.tables), rows)
 
 
 def _metrics(result: TrialResult) -> list[Table]:
     """Returns a table for each family of metrics."""
-    rows = MetricRows(result.metrics)
-    return split_by_family(
-        _values(result, map(str, result.metrics.index), rows)
-    )
+    rows = MetricRows(result.tables)
+    return split_by_family(_values(result, result.tables.values, rows))
 
 
 def _values(
     result: TrialResult, names: Iterable[str], rows: MetricRows
 ) -> Table:
     """Returns a row for each metric; several robots have a column each."""
-    metrics, robots = result.metrics, []
+    metrics, robots = result.tables.values, []
     if result.recording.others:
         robots = [it.robot_name for it in result.recording.robots]
         names = dict.fromkeys(map(base_name, names))
     for name in names:
         columns = [*(f"{robot}.{name}" for robot in robots), name]
         first = next(it for it in columns if it in metrics)
-        unit = unit_of(metrics, first)
+        unit = unit_of(result.tables, first)
         cells: list[Cell] = [
-            number(float(metrics[it]), unit) if it in metrics else ""
-            for it in columns
+            number(metrics[it], unit) if it in metrics else "" for it in columns
         ]
         rows.add(first, cells, unit, name)
     head = ["metric", *robots, "all robots", "unit"] if robots else []
@@ -238,11 +241,17 @@ def _situations(run: Recording) -> Table:
     """Returns the labels that hold at some time, by robot."""
     groups = {}
     for it in run.robots:
-        shares = FindSituations(run, robot=it.robot_name).shares()
-        shares[["share", "primary"]] *= 100
+        found = FindSituations(run, robot=it.robot_name).by_label
         groups[it.robot_name if run.others else ""] = [
-            [str(label), *map(number, row, ("%", "%", "-", "s"))]
-            for label, row in shares[shares["share"] > 0].iterrows()
+            [
+                label,
+                number(100 * row.share, "%"),
+                number(100 * row.primary, "%"),
+                number(row.episodes, "-"),
+                number(row.episode_time, "s"),
+            ]
+            for label, row in found.items()
+            if row.share > 0
         ]
     head = [
         "situation",
@@ -254,22 +263,24 @@ def _situations(run: Recording) -> Table:
     return Table(head, groups, numbers=range(1, len(head)))
 
 
-def _encounters(
-    run: Recording, encounters: Mapping[str, pd.DataFrame]
-) -> Table:
+def _encounters(run: Recording, encounters: Mapping[str, Encounters]) -> Table:
     """Returns how near each person came to each robot, and how long."""
+    units = {
+        LEAST_GAP: "m",
+        "min_gap_time": "s",
+        **{f"time_in_{zone}": "s" for zone in _ZONES},
+        **{f"entries_{zone}": "-" for zone in _ZONES},
+        "crossings_in_front": "-",
+    }
     groups = {}
     for robot, found in encounters.items():
+        columns = {it: found.by_person[it].tolist() for it in units}
         groups[robot if run.others else ""] = [
             [
-                str(person),
-                number(row["min_gap_exact"], "m"),
-                number(row["min_gap_time"], "s"),
-                *(number(row[f"time_in_{zone}"], "s") for zone in _ZONES),
-                *(number(row[f"entries_{zone}"], "-") for zone in _ZONES),
-                number(row["crossings_in_front"], "-"),
+                person,
+                *(number(columns[it][i], unit) for it, unit in units.items()),
             ]
-            for person, row in found.iterrows()
+            for i, person in enumerate(run.human_names)
         ]
     head = [
         "person",
@@ -292,21 +303,21 @@ def _gaps(run: Recording) -> Array:
 
 
 def _by_behavior(result: TrialResult) -> Table | None:
-    by_behavior = result.by_behavior
+    by_behavior = result.tables.values_by_behavior
     if len(by_behavior) < 2:
         return None
-    rows = MetricRows(result.metrics)
-    for name in by_behavior.columns:
+    rows, everyone = MetricRows(result.tables), result.tables.values
+    for name in next(iter(by_behavior.values())):
         if is_about_robot_alone(name):
             continue
-        unit = unit_of(result.metrics, name)
-        everyone = float(result.metrics.get(name, math.nan))
-        values = [everyone, *by_behavior[name].to_numpy(dtype=float)]
-        cells: list[Cell] = [number(float(value), unit) for value in values]
+        unit = unit_of(result.tables, name)
+        values = [everyone.get(name, math.nan)]
+        values += [it[name] for it in by_behavior.values()]
+        cells: list[Cell] = [number(value, unit) for value in values]
         rows.add(name, cells, unit)
     if not rows.groups:
         return None
-    head = ["metric", "all people", *map(str, by_behavior.index), "unit"]
+    head = ["metric", "all people", *by_behavior, "unit"]
     return Table(head, rows.groups, numbers=range(1, len(head) - 1))
 
 

@@ -7,9 +7,7 @@ from typing import Any
 
 from hunav_drake.report.environment import address_of, write_page
 from hunav_drake.report.trial_page import trial_content
-from hunav_drake.runs.independent_runs import first_equal
 from hunav_drake.runs.run_folders import find_pages
-from hunav_drake.runs.run_table import tabulate_runs
 from hunav_drake.trial.result import TrialResult
 
 # The maximum number of different values of an entry that are listed.
@@ -64,7 +62,9 @@ def WriteReport(
     trials = [results] if isinstance(results, TrialResult) else list(results)
     if not trials:
         raise ValueError("a report needs at least one result, got none")
-    trials, told = without_duplicates(trials)
+    told: list[str] = []
+    if len(trials) > 1:
+        trials, told = without_duplicates(trials)
     if title is None:
         names = dict.fromkeys(t.scenario_name or "trial" for t in trials)
         title = ", ".join(names)
@@ -73,6 +73,7 @@ def WriteReport(
     if len(trials) > 1:
         # Imported here: the page of one run needs none of it.
         from hunav_drake.report.runs_page import ManyRuns, WriteRunsPage
+        from hunav_drake.runs.run_table import tabulate_runs
 
         many = ManyRuns(
             runs=tabulate_runs(trials),
@@ -103,6 +104,9 @@ def without_duplicates(
 
     Duplicates were made from the same files, and have equal metrics.
     """
+    from hunav_drake.runs.independent_runs import first_equal
+    from hunav_drake.runs.run_table import tabulate_runs
+
     runs = tabulate_runs(trials)
     first = first_equal(
         runs.assign(made_from=[_made_from(trial) for trial in trials]),

@@ -3,8 +3,14 @@
 from collections import Counter
 from collections.abc import Iterable
 import re
+from typing import TYPE_CHECKING
 
-import pandas as pd
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    import lazy_loader
+
+    pd = lazy_loader.load("pandas")
 
 # Messages that differ only in numbers count as equal.
 _NUMBER = re.compile(r"\d+(\.\d+)?")
@@ -12,7 +18,7 @@ _NUMBER = re.compile(r"\d+(\.\d+)?")
 GOAL = "goal"
 
 
-def count_outcomes(runs: pd.DataFrame, by: Iterable[str]) -> pd.DataFrame:
+def count_outcomes(runs: "pd.DataFrame", by: Iterable[str]) -> "pd.DataFrame":
     """Counts the end reasons of runs.
 
     Args:
@@ -38,13 +44,13 @@ def count_outcomes(runs: pd.DataFrame, by: Iterable[str]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names)
 
 
-def outcome_text(outcomes: pd.DataFrame) -> str:
+def outcome_text(outcomes: "pd.DataFrame") -> str:
     """Returns reasons with their counts, "goal 7, stuck 3"."""
     counts = outcomes.groupby("end_reason", sort=False)["count"].sum()
     return ", ".join(f"{reason} {count}" for reason, count in counts.items())
 
 
-def why_not_goal(outcomes: pd.DataFrame) -> list[str]:
+def why_not_goal(outcomes: "pd.DataFrame") -> list[str]:
     """Returns the reasons and messages of runs that did not reach the goal."""
     return [
         f"{row.end_reason}: {row.message}"

@@ -44,9 +44,6 @@ from hunav_drake.trial.result import (
 
 Format = Literal["csv", "hunav"]
 
-# The format of numbers in tables: without rounding errors.
-CSV_NUMBERS = "%.12g"
-
 # The maximum length of a file name that is made of other names.
 _LONGEST = 80
 
@@ -308,14 +305,10 @@ def _make_result(row: RunRow, recording: Recording) -> TrialResult:
 def _write_files(
     result: TrialResult, row: RunRow, folder: Path, format: Format
 ) -> None:
-    texts = {
-        "result.json": result_to_json(row),
-        "steps.csv": result.steps.to_csv(float_format=CSV_NUMBERS),
-    }
-    for behavior, steps in result.steps_by_behavior.items():
-        texts[f"steps_beh_{_unique(behavior)}.csv"] = steps.to_csv(
-            float_format=CSV_NUMBERS
-        )
+    texts = {"result.json": result_to_json(row)}
+    for behavior, steps in result.tables.step_texts.items():
+        of = f"_beh_{_unique(behavior)}" if behavior is not None else ""
+        texts[f"steps{of}.csv"] = steps
     if format in RESULT_TEXTS:
         texts |= RESULT_TEXTS[format](result, row.tag)
     result.recording.save(folder / "recording.npz")

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 import json
 import math
+from types import SimpleNamespace
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -160,7 +161,7 @@ def cell_name(scenario: str, planner: str, setting: str) -> str:
 
 def make_row(result: TrialResult, tag: str = "") -> RunRow:
     """Returns the row of a finished trial."""
-    metrics = {str(k): float(v) for k, v in result.metrics.items()}
+    metrics = dict(result.tables.values)
     about = result.provenance
     seed = about.get("seed")
     return RunRow(
@@ -172,13 +173,10 @@ def make_row(result: TrialResult, tag: str = "") -> RunRow:
         end_message=result.end_message,
         end_time=result.end_time,
         metrics=metrics,
-        by_behavior={
-            str(behavior): {str(k): float(v) for k, v in values.items()}
-            for behavior, values in result.by_behavior.iterrows()
-        },
+        by_behavior=result.tables.values_by_behavior,
         drawn=str(about.get("drawn", "")),
         facts={
-            name: _facts(result.metrics, name)
+            name: _facts(result.tables, name)
             for name in metrics
             if not is_built_in(name)
         },
@@ -218,7 +216,7 @@ def result_to_json(row: RunRow) -> str:
     """Returns a row as readable JSON, with the facts about each metric."""
     data = _plain(row)
     data.pop("facts", None)
-    table = row.metric_values()
+    table = SimpleNamespace(attrs=row.attrs)
     data["metrics"] = {
         name: {"value": value, **_facts(table, name)}
         for name, value in data["metrics"].items()

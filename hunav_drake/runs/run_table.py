@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 import pandas as pd
 
-from hunav_drake.runs.result_files import CSV_NUMBERS, read_folder, run_order
+from hunav_drake.runs.result_files import read_folder, run_order
 from hunav_drake.runs.run_row import (
     NO_RESULT,
     MetricFacts,
@@ -23,7 +23,7 @@ from hunav_drake.runs.run_row import (
 from hunav_drake.runs.statistics import RATES, is_rate
 from hunav_drake.systems.common.arrays import Array
 from hunav_drake.systems.common.files import atomic_write
-from hunav_drake.trial.result import TrialResult
+from hunav_drake.trial.result import CSV_NUMBERS, TrialResult
 
 # Columns of text, even if a value looks like a number.
 _TEXTS = (

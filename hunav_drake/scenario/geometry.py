@@ -120,6 +120,8 @@ def find_unseen(world: World, robot: RobotConfig) -> Iterator[tuple[Loc, str]]:
 
 def world_losses(world: World) -> list[str]:
     """Returns what readable worlds of Gazebo lack: a few lines for each."""
+    if not world.models:
+        return []
     from hunav_drake.systems.common.models import gazebo
 
     lines = []

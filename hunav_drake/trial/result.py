@@ -1,10 +1,13 @@
 """The result of a trial, and its table for a terminal."""
 
 from collections.abc import Callable, Iterable, Mapping
+import csv
 import dataclasses
 from dataclasses import dataclass, field
 from functools import cached_property
+import io
 import math
+import os
 import textwrap
 from typing import TYPE_CHECKING, Literal
 import warnings
@@ -38,6 +41,9 @@ if TYPE_CHECKING:
 EndReason = Literal[
     "goal", "timeout", "stuck", "planner_failed", "end", "running"
 ]
+
+# The format of numbers in tables: without rounding errors.
+CSV_NUMBERS = "%.12g"
 
 # The widest line of a table in the terminal.
 _WIDTH = 80
@@ -73,6 +79,45 @@ class MetricTables:
             return self.evaluation.values
         return {str(k): float(v) for k, v in self.metrics.items()}
 
+    @property
+    def values_by_behavior(self) -> dict[str, dict[str, float]]:
+        """The values by behavior and name: those of `by_behavior`."""
+        if "by_behavior" not in vars(self):
+            return {
+                behavior: {
+                    name: it.values.get(name, math.nan)
+                    for name in self._names_by_behavior
+                }
+                for behavior, it in self.evaluations_by_behavior.items()
+            }
+        return {
+            str(behavior): {str(k): float(v) for k, v in row.items()}
+            for behavior, row in self.by_behavior.iterrows()
+        }
+
+    @property
+    def step_texts(self) -> dict[str | None, str]:
+        """The series as texts of CSV: of all people, None, and by behavior."""
+        if vars(self).keys() & {"steps", "steps_by_behavior"}:
+            return {
+                it: frame.to_csv(float_format=CSV_NUMBERS)
+                for it, frame in (
+                    (None, self.steps),
+                    *self.steps_by_behavior.items(),
+                )
+            }
+        parts = (None, self.evaluation), *self.evaluations_by_behavior.items()
+        return {it: _steps_text(found) for it, found in parts}
+
+    @property
+    def _names_by_behavior(self) -> list[str]:
+        families = self.attrs[FACTS["family"]]
+        return [
+            it
+            for it in self.evaluation.values
+            if families.get(it) not in DERIVED_FAMILIES
+        ]
+
     @cached_property
     def metrics(self) -> "pd.Series":
         """See `TrialResult.metrics`."""
@@ -88,12 +133,7 @@ class MetricTables:
     @cached_property
     def by_behavior(self) -> "pd.DataFrame":
         """See `TrialResult.by_behavior`."""
-        families = self.attrs[FACTS["family"]]
-        names = [
-            it
-            for it in self.evaluation.values
-            if families.get(it) not in DERIVED_FAMILIES
-        ]
+        names = self._names_by_behavior
         table = behavior_table(self.evaluations_by_behavior, names)
         table.attrs |= self.attrs
         return table
@@ -314,6 +354,20 @@ def FormatMetricsTable(
             line = f"  {name:<36} {value} {unit_text(unit)}".rstrip()
             lines.append(_shorten(line))
     return "\n".join(lines)
+
+
+def _steps_text(found: Evaluation) -> str:
+    """Returns what pandas writes of `found.steps()`, without loading it."""
+    columns = [found.times, *found.series.values()]
+    texts = [
+        ["" if math.isnan(it) else CSV_NUMBERS % it for it in column.tolist()]
+        for column in columns
+    ]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator=os.linesep)
+    writer.writerow(["time", *found.series])
+    writer.writerows(zip(*texts, strict=True))
+    return text.getvalue()
 
 
 def run_facts(result: TrialResult) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from hunav_drake.runs.worker_pool import WorkerPool
 from hunav_drake.systems.common.suggest import did_you_mean, shown
-from hunav_drake.systems.crowd.models import MOTION_MODELS
+from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
 from hunav_drake.validation.case import Outcome, Setting, judge
 from hunav_drake.validation.cases import CASES
 

@@ -35,15 +35,18 @@ def events_of(recording: Recording) -> list[Event]:
         if not recording.num_humans:
             continue
         zones = {zone: ZONES[zone] for zone in _TOLD}
-        found = find_encounters(recording, zones, robot=name).events()
+        found = find_encounters(recording, zones, robot=name).event_rows()
         to = f" to {name}" if name else ""
-        for row in found[found["kind"] == "entry"].itertuples():
-            if row.zone == "contact":
-                text, kind = f"contact of {row.person}{to}", "contact"
+        for row in found:
+            if row["kind"] != "entry":
+                continue
+            zone, person = row["zone"], row["person"]
+            if zone == "contact":
+                text, kind = f"contact of {person}{to}", "contact"
             else:
-                text = f"{row.zone} space of {row.person} entered"
+                text = f"{zone} space of {person} entered"
                 text, kind = text + (f" by {name}" if name else ""), "entry"
-            events.append((text, float(row.time), kind))
+            events.append((text, row["time"], kind))
     return sorted(events, key=lambda event: event[1])
 
 

@@ -201,7 +201,7 @@ def SaveReplay(
     path = Path(filename).resolve()
     page = with_panel(meshcat.StaticHtml(), marks, events)
     # Motion takes much text: a compressed page is a fifth as large.
-    packed = base64.b64encode(gzip.compress(page.encode(), 6, mtime=0))
+    packed = base64.b64encode(gzip.compress(page.encode(), 4, mtime=0))
     loader = _part("packed.html")
     before, after = loader.split("PACKED_PAGE")
     html = before + packed.decode() + after

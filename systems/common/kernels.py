@@ -56,7 +56,7 @@ def hash_sources(folder: Path = _FOLDER) -> str:
     """
     content = hashlib.sha256()
     for path, text in sorted(_compiled_from(folder).items()):
-        content.update(f"{path.relative_to(folder)}\n".encode() + text)
+        content.update(f"{path}\n".encode() + text)
     return content.hexdigest()
 
 
@@ -81,18 +81,21 @@ def drop_stale_kernels(
     return True
 
 
-def _compiled_from(folder: Path) -> dict[Path, bytes]:
-    """Returns the sources of compiled code, and their texts."""
-    found: dict[Path, bytes] = {}
-    todo = [p for p in folder.rglob("*.py") if _JIT.search(p.read_bytes())]
+def _compiled_from(folder: Path) -> dict[str, bytes]:
+    """Returns the sources of compiled code, by their paths in the folder."""
+    # (This is part of each start, so paths are texts.)
+    start = len(f"{folder}/")
+    texts = {str(p)[start:]: p.read_bytes() for p in folder.rglob("*.py")}
+    found: dict[str, bytes] = {}
+    todo = [path for path, text in texts.items() if _JIT.search(text)]
     while todo:
         path = todo.pop()
-        if path in found or not path.is_file():
+        if path in found or path not in texts:
             continue
-        found[path] = path.read_bytes()
+        found[path] = texts[path]
         for name in _IMPORT.findall(found[path]):
-            module = folder / name.decode().replace(".", "/")
-            todo += [module.with_suffix(".py"), module / "__init__.py"]
+            module = name.decode().replace(".", "/")
+            todo += [f"{module}.py", f"{module}/__init__.py"]
     return found
 
 

@@ -40,7 +40,12 @@ class Registry(Mapping[str, type[Any]]):
     """
 
     def __init__(
-        self, kind: str, base: type[Any], *, default: str = "", home: str = ""
+        self,
+        kind: str,
+        base: type[Any],
+        *,
+        default: str = "",
+        home: str | Mapping[str, str] = "",
     ) -> None:
         """Constructs a Registry that is empty.
 
@@ -49,8 +54,8 @@ class Registry(Mapping[str, type[Any]]):
             base: The class that all choices derive from.
             default: The `type` of a mapping without one; by default, a mapping
                 must have one.
-            home: The module that registers the choices of the package, loaded
-                when it is needed.
+            home: The module that registers the choices of the package, or that
+                of each, by name; loaded when it is needed.
         """
         self.kind = kind
         self.default = default
@@ -69,10 +74,16 @@ class Registry(Mapping[str, type[Any]]):
         return f"<{self.kind}s: {', '.join(sorted(self._choices))}>"
 
     def __getitem__(self, name: str) -> type[Any]:
-        return self._loaded()[name]
+        self._load(name)
+        return self._choices[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._loaded())
+        # (In any order of loading, choices come in that of the package.)
+        choices = self._loaded()
+        own = self._home if isinstance(self._home, Mapping) else {}
+        return iter(
+            dict.fromkeys([*(it for it in own if it in choices), *choices])
+        )
 
     def __len__(self) -> int:
         return len(self._loaded())
@@ -180,9 +191,17 @@ class Registry(Mapping[str, type[Any]]):
         return {"oneOf": [*bare, *forms, place, placed]}
 
     def _loaded(self) -> dict[str, type[Any]]:
-        if self._home and is_loaded(self):
-            importlib.import_module(self._home)
+        names = self._home if isinstance(self._home, Mapping) else [""]
+        for name in names:
+            self._load(name)
         return self._choices
+
+    def _load(self, name: str) -> None:
+        """Loads the module of a choice of the package."""
+        home = self._home
+        module = home if isinstance(home, str) else home.get(name)
+        if module and is_loaded(self):
+            importlib.import_module(module)
 
     def _check(self, choice: Any) -> None:
         # (A class inherits being a dataclass, but its own fields are none.)
@@ -267,7 +286,6 @@ class Registry(Mapping[str, type[Any]]):
     def _select(self, value: Mapping[str, Any]) -> type[Any]:
         """Returns the class that a mapping names."""
         name = value.get(TAG, self.default or None)
-        choices = self._loaded()
         words = ""
         try:
             choice = self._named(name) if isinstance(name, str) else None
@@ -275,6 +293,7 @@ class Registry(Mapping[str, type[Any]]):
             choice, words = None, str(error)
         if choice is not None:
             return choice
+        choices = self._loaded()
         if TAG not in value:
             words = f"is missing; {suggestion('', list(choices))}"
         elif isinstance(name, str):
@@ -303,7 +322,8 @@ class Registry(Mapping[str, type[Any]]):
 
         A _NoChoiceError says that there is no such place, or no choice there.
         """
-        known = self._loaded().get(name)
+        self._load(name)
+        known = self._choices.get(name)
         module, colon, place = name.partition(":")
         if known is not None or not (colon and module and place):
             return known

@@ -80,3 +80,11 @@ def suggestion(word: str, valid: Sequence[str]) -> str:
     more = len(valid) - _MOST_SHOWN
     names = [*sorted(valid)[:_MOST_SHOWN], *([f"and {more} more"] * (more > 0))]
     return "valid: " + ", ".join(names)
+
+
+def listed(words: Sequence[str], most: int = 8) -> str:
+    """Returns words as a list, "a, b and c"; of many, the first of them."""
+    if len(words) > most:
+        words = [*words[: most - 1], f"{len(words) - most + 1} more"]
+    *first, last = words or [""]
+    return f"{', '.join(first)} and {last}" if first else last

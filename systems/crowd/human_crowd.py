@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.autodiffutils import AutoDiffXd
+from pydrake.common import cpp_template
 from pydrake.common.value import AbstractValue, Value
+from pydrake.systems import scalar_conversion
 from pydrake.systems.framework import (
     BasicVector,
     BasicVector_,
@@ -446,6 +448,15 @@ def HumanCrowd_(T: Any) -> type:
     return Impl
 
 
-HumanCrowd = HumanCrowd_[float]
+# For each method of a template, Drake looks for its module in the sources of
+# the whole call stack, which takes a tenth of a second in the midst of imports.
+# It is always that of the decorator.
+_FIND = "_get_module_from_stack"
+_find = getattr(cpp_template, _FIND, None)
+setattr(cpp_template, _FIND, lambda *_: scalar_conversion)
+try:
+    HumanCrowd = HumanCrowd_[float]
+finally:
+    setattr(cpp_template, _FIND, _find)
 # Drake's own systems are named like this, in diagrams and by pickle.
 HumanCrowd.__name__ = HumanCrowd.__qualname__ = "HumanCrowd"

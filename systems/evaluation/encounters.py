@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hunav_drake.systems.common.arrays import Array, Mask
 from hunav_drake.systems.common.layout import Y
@@ -122,9 +123,12 @@ class Encounters:
             who is in a zone at the first sample, or appears in it, has not
             entered it.
         """
+        return pd.DataFrame(self.event_rows(), columns=_COLUMNS)
+
+    def event_rows(self) -> list[dict[str, Any]]:
+        """Returns the rows of `events`, without the cells of NaN."""
         rows = [*self._passages(), *self._crossings(), *self._cuts()]
-        rows.sort(key=lambda row: row["time"])
-        return pd.DataFrame(rows, columns=_COLUMNS)
+        return sorted(rows, key=lambda row: row["time"])
 
     def people(self) -> "pd.DataFrame":
         """Returns a summary for each person.
@@ -135,7 +139,13 @@ class Encounters:
             for overlaps, at "min_gap_time", in seconds; and
             "crossings_in_front". NaN for who is never there.
         """
-        data: dict[str, Any] = {}
+        names = pd.Index(self.recording.human_names, name="person")
+        return pd.DataFrame(dict(self.by_person), index=names)
+
+    @cached_property
+    def by_person(self) -> Mapping[str, NDArray[Any]]:
+        """The columns of `people`, of shape (n,), by their names."""
+        data: dict[str, NDArray[Any]] = {}
         for zone in self.zones:
             begin, end = self._inside[zone]
             lasts = (end - begin) * self._chords.lasts
@@ -144,8 +154,7 @@ class Encounters:
         gaps, times = self._nearest
         data[LEAST_GAP], data["min_gap_time"] = gaps, times
         data["crossings_in_front"] = self._crosses[0].sum(axis=0)
-        names = pd.Index(self.recording.human_names, name="person")
-        return pd.DataFrame(data, index=names)
+        return MappingProxyType(data)
 
     def values(self) -> dict[str, tuple[float, str]]:
         """Returns the values for all people together, with their units.

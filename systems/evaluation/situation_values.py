@@ -98,10 +98,9 @@ def situation_values(
         prefix = f"{robot.robot_name}." if recording.others else ""
         situations = FindSituations(recording, robot=robot.robot_name)
         series = _series(situations.recording, found, prefix)
-        shares = situations.shares()
         for label in LABELS:
             for name, (column, unit) in _OF_LABELS.items():
-                value = float(shares.loc[label, column])
+                value = float(getattr(situations.by_label[label], column))
                 key = f"{prefix}{name}[{label}]"
                 values[key] = value, _facts(unit, "none")
             mask = situations.flags[label]

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+import math
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +41,15 @@ _COLUMNS = (
     *("label", "begin", "end", "people", "least_gap", "slowed", "side"),
     "delay",
 )
+
+
+class LabelShare(NamedTuple):
+    """How much of the time a label holds: see `Situations.shares`."""
+
+    share: float
+    primary: float
+    episodes: int
+    episode_time: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -86,23 +97,26 @@ class Situations:
             1; NaN for labels that cannot be); "episodes", their number; and
             "episode_time", their total length, in seconds.
         """
-        spans = {it: spans_of(self.flags[it], self.edges) for it in LABELS}
         return pd.DataFrame(
-            {
-                "share": [self.share_of(self.flags[it]) for it in LABELS],
-                "primary": [
-                    self.share_of(self.primary == it)
-                    if it in PRIMARIES
-                    else np.nan
-                    for it in LABELS
-                ],
-                "episodes": [len(spans[it]) for it in LABELS],
-                "episode_time": [
-                    float(np.diff(self.edges[spans[it]]).sum()) for it in LABELS
-                ],
-            },
+            list(self.by_label.values()),
             index=pd.Index(LABELS, name="label"),
+            columns=LabelShare._fields,
         )
+
+    @cached_property
+    def by_label(self) -> Mapping[str, LabelShare]:
+        """The rows of `shares`, by label."""
+        found = {}
+        for it in LABELS:
+            spans = spans_of(self.flags[it], self.edges)
+            is_primary = it in PRIMARIES
+            found[it] = LabelShare(
+                self.share_of(self.flags[it]),
+                self.share_of(self.primary == it) if is_primary else math.nan,
+                len(spans),
+                float(np.diff(self.edges[spans]).sum()),
+            )
+        return MappingProxyType(found)
 
     def episodes(self) -> "pd.DataFrame":
         """Returns the episodes of all labels, in the order of their begins.

@@ -304,7 +304,21 @@ PLANNERS = Registry(
     "planner",
     PlannerConfig,
     default="pursuit",
-    home="hunav_drake.systems.planning.planners",
+    home={
+        name: f"hunav_drake.systems.planning.{module}"
+        for name, module in (
+            ("dwb", "dwb.dwb"),
+            ("scl", "dwb.scl"),
+            ("external", "external"),
+            ("mppi", "mppi.mppi"),
+            ("pursuit", "pursuit"),
+            ("bridge", "ros2.bridge"),
+            ("orca", "social.orca"),
+            ("sfm", "social.sfm"),
+            ("sfw", "social.sfw"),
+            ("stand", "stand"),
+        )
+    },
 )
 
 register_planner = PLANNERS.register

@@ -1,11 +1,10 @@
 """Captions: of which runs a table or a figure is."""
 
-from collections.abc import Sequence
-
 import pandas as pd
 
 from hunav_drake.runs.independent_runs import draws_nothing
 from hunav_drake.runs.settings import contenders, with_names
+from hunav_drake.systems.common.suggest import listed
 
 # More seeds than these are told by their number.
 _MOST_SEEDS = 6
@@ -40,14 +39,6 @@ def made_by_text(suite: str, version: str, program: str) -> str:
     parts = [f"suite {suite}, version {version}"] if suite else []
     parts += [f"hunav_drake {program}"] if program else []
     return "; ".join(parts)
-
-
-def listed(words: Sequence[str], most: int = 8) -> str:
-    """Returns words as a list, "a, b and c"; of many, the first of them."""
-    if len(words) > most:
-        words = [*words[: most - 1], f"{len(words) - most + 1} more"]
-    *first, last = words or [""]
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _seeds(runs: pd.DataFrame) -> list[str]:

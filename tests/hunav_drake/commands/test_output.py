@@ -95,6 +95,23 @@ def test_files_are_written_also_if_nobody_reads_the_output(hunav, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["passing", "fleet"])
+def test_files_of_a_run_are_written_without_slow_libraries(scenario, tmp_path):
+    """What is not needed is not loaded: it would take as long as the trial."""
+    code = f"""
+import sys
+from hunav_drake.commands.cli import main
+main(["run", "{scenario}", "--set", "simulation.duration=4",
+      "--out", {str(tmp_path)!r}])
+assert not {{"pandas.core", "scipy.linalg", "scipy.sparse"}} & set(sys.modules)
+assert not [it for it in sys.modules if ".planning.dwb" in it]
+"""
+    run_python(code)
+    (page,) = tmp_path.glob("runs/*/report.html")
+    assert "Encounters" in page.read_text()
+
+
 def test_seed_and_repeat_are_told_apart(hunav, tmp_path):
     for _ in range(2):
         hunav(

@@ -26,7 +26,7 @@ from hunav_drake.scenario import (
 )
 from hunav_drake.systems.behavior import BEHAVIORS, CheckBehavior, LoadBehavior
 from hunav_drake.systems.crowd import CrowdConfig, HumanCrowd
-from hunav_drake.systems.crowd.models import SocialForceModel
+from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 from hunav_drake.systems.people import HumanConfig, SocialForceParameters
 from hunav_drake.systems.people.profile import PROFILES
 from hunav_drake.systems.world.obstacles import Obstacles

@@ -7,8 +7,9 @@ import pandas as pd
 import pytest
 
 from hunav_drake import LoadScenario, RunTrial
-from hunav_drake.report.summary import main_metrics, runs_summary, trial_summary
+from hunav_drake.report.summary import main_metrics, runs_summary
 from hunav_drake.report.trial_page import trial_content
+from hunav_drake.report.trial_summary import trial_summary
 from hunav_drake.report.writing import WriteReport
 from hunav_drake.runs.result_files import WriteResult
 from hunav_drake.runs.run_table import tabulate_runs
@@ -197,7 +198,7 @@ def test_robots_have_their_names():
 def told_of(result):
     run = result.recording
     found = {
-        it.robot_name: find_encounters(run, robot=it.robot_name).people()
+        it.robot_name: find_encounters(run, robot=it.robot_name)
         for it in run.robots
     }
     return trial_summary(result, found)

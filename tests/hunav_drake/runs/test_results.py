@@ -7,6 +7,8 @@ import os
 import shutil
 import signal
 
+from hypothesis import given, strategies as st
+from hypothesis.extra.numpy import arrays
 import numpy as np
 import pandas as pd
 import pytest
@@ -18,12 +20,15 @@ from hunav_drake.runs.run_folders import find_pages, find_runs
 from hunav_drake.runs.run_log import NAME, append_rows, read_rows
 from hunav_drake.runs.run_row import make_row
 from hunav_drake.runs.run_table import ReadRuns, WriteTables, tabulate_runs
+from hunav_drake.systems.evaluation.compute import Evaluation
 from hunav_drake.systems.evaluation.metrics import METRICS, register_metric
 from hunav_drake.systems.evaluation.recording import Recording
 from hunav_drake.trial.provenance import MakeProvenance
 from hunav_drake.trial.result import (
+    CSV_NUMBERS,
     FormatMetricsTable,
     MakeTrialResult,
+    MetricTables,
     TrialResult,
 )
 from tests.choices import COMMON_METRICS
@@ -125,6 +130,37 @@ def test_files_are_there_and_load(tmp_path):
         summary["by_behavior"]["scared"]["min_dist_to_people"]
         == (result.by_behavior.loc["scared", "min_dist_to_people"])
     )
+
+
+@given(
+    series=arrays(
+        float,
+        (3, 2),
+        elements=st.floats() | st.sampled_from([1 / 3, 1e12 + 0.5, -0.0]),
+    ),
+    name=st.sampled_from(["gap", "a,b", 'say "a"', "ö\n", ""]),
+)
+def test_texts_of_series_are_those_of_pandas(series, name):
+    times = np.array([0.0, 0.1 + 0.2, 1e-7])
+    found = Evaluation(
+        times, {}, {name: series[:, 0], "b": series[:, 1]}, {name: "m", "b": ""}
+    )
+    own = MetricTables(found, {"calm": found}, {})
+    written = own.step_texts
+    assert written[None] == found.steps().to_csv(float_format=CSV_NUMBERS)
+    assert own.steps is own.steps  # From now on, changes of a table count.
+    assert own.step_texts == written
+    own.steps.loc[0.0, "b"] = 7.0
+    assert ",7\n" in own.step_texts[None]
+
+
+def test_values_by_behavior_are_those_of_the_table():
+    tables = make_timeout().tables
+    before = tables.values_by_behavior
+    assert "regular" in tables.by_behavior.index
+    assert repr(tables.values_by_behavior) == repr(before)
+    tables.by_behavior.loc["regular", "path_length"] = 9.0
+    assert tables.values_by_behavior["regular"]["path_length"] == 9.0
 
 
 def test_a_run_comes_back_bit_for_bit(tmp_path):

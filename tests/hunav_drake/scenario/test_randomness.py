@@ -8,7 +8,7 @@ from hunav_drake.scenario.randomness import (
     how_to_draw,
     same_for_all_seeds,
 )
-from hunav_drake.systems.crowd.models import MOTION_MODELS
+from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
 
 COHORT = "cohorts: [{number: 3, start: [{rectangle: [3, 1, 6, 3]}]}]"
 SOURCE = (

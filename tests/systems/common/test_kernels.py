@@ -220,7 +220,7 @@ def test_who_waits_for_another_process_compiles_something_else(tmp_path):
 def test_to_load_a_scenario_takes_no_kernel():
     program = (
         "from hunav_drake import LoadScenario\n"
-        "from hunav_drake.systems.crowd.models import MOTION_MODELS\n"
+        "from hunav_drake.systems.crowd.motion_model import MOTION_MODELS\n"
         "from hunav_drake.systems.crowd.social_force import kernel\n"
         "LoadScenario(filename='passing')\n"
         "assert len(MOTION_MODELS) > 4\n"

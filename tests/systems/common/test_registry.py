@@ -10,6 +10,8 @@ from pydantic.dataclasses import dataclass
 import pytest
 
 from hunav_drake.systems.common.registry import Registry, name_of
+from hunav_drake.systems.crowd.motion_model import MOTION_MODELS
+from hunav_drake.systems.planning.planner import PLANNERS
 
 
 class Brush(ABC):
@@ -244,6 +246,26 @@ except ValueError as error:
     assert "is registered already, from hunav_drake" in str(error)
 else:
     raise SystemExit("taken")
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("registry", [PLANNERS, MOTION_MODELS])
+def test_each_choice_is_loaded_from_its_own_module(registry):
+    homes = registry._home
+    assert [it for it in registry if ":" not in it][: len(homes)] == [*homes]
+    for name, module in homes.items():
+        assert registry[name].__module__ == module
+
+
+def test_a_choice_is_made_without_loading_the_others():
+    code = """
+import sys
+from hunav_drake.systems.planning.planner import PLANNERS
+PLANNERS.make("pursuit")
+assert not [it for it in sys.modules if ".planning.dwb" in it]
+assert [*PLANNERS][0] == "dwb" and len(PLANNERS) == 10
+assert PLANNERS.make({"type": "scl"})
 """
     subprocess.run([sys.executable, "-c", code], check=True)
 

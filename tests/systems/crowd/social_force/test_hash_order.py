@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hunav_drake.systems.crowd.models import SocialForceModel
 from hunav_drake.systems.crowd.social_force.hash_order import hash_order
+from hunav_drake.systems.crowd.social_force.model import SocialForceModel
 
 # The results of GCC's std::unordered_map<int, int>.
 RECORDED = [
