@@ -14,18 +14,21 @@ import dataclasses
 import fcntl
 import functools
 import hashlib
+import io
 import itertools
 import os
 from pathlib import Path
 import pickle
 import re
 import secrets
+import sys
 import time
 import warnings
 import zlib
 
 import llvmlite.binding as llvm
 import numba
+from numba.core import environment as environments
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import (
     CompileResultCacheImpl,
@@ -118,6 +121,24 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=number_functions_apart)
 
 
+class _Unpickler(pickle.Unpickler):
+    """Loads code without the modules of numba that its parts are from."""
+
+    def find_class(self, module, name):
+        if (module, name) == (environments.__name__, "_rebuild_env"):
+            return _light_environment
+        return super().find_class(module, name)
+
+
+def _light_environment(module, constants, name):
+    # Machine code needs the constants only. The globals, which some of numba's
+    # functions load SciPy for, are those of code with Python objects.
+    own = module.startswith("numba.") and module not in sys.modules
+    return environments._rebuild_env(
+        "numba" if own else module, constants, name
+    )
+
+
 class _CheckedFiles(IndexDataCacheFile):
     """The index and the code of a kernel on disk, with checksums."""
 
@@ -142,7 +163,7 @@ class _CheckedFiles(IndexDataCacheFile):
         data, checksum = file[:-32], file[-32:]
         if checksum != self._checksum(data):
             raise ValueError("is damaged")
-        return pickle.loads(data)
+        return _Unpickler(io.BytesIO(data)).load()
 
     def _checksum(self, data):
         return hashlib.sha256(self._version.encode() + data).digest()
