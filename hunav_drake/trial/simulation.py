@@ -95,7 +95,9 @@ def MakeTrialSimulator(
         own = trial.GetMyContextFromRoot(root_context)
         if not ends or not trial.IsStep(own):
             return EventStatus.DidNothing()
-        value = TrialStatus(int(status.Eval(root_context)[0]))
+        value = TrialStatus(
+            int(status.EvalBasicVector(root_context).GetAtIndex(0))
+        )
         if value == TrialStatus.RUNNING:
             return EventStatus.DidNothing()
         message = _MESSAGES[_REASONS[value]]

@@ -190,10 +190,11 @@ class BehaviorTree(LeafSystem):
             "human_states", n * STATE_SIZE
         )
         self._robot_states = DeclareRobotStates(self, num_robots)
-        self._memory = self.DeclareDiscreteState(
-            np.concatenate([np.zeros(0), *memories])
+        # (Numbers are found faster by an integer than by a typed index.)
+        self._memory = int(
+            self.DeclareDiscreteState(np.concatenate([np.zeros(0), *memories]))
         )
-        self._signals: DiscreteStateIndex | None = None
+        self._signals: int | None = None
         if society is not None:
             self._DeclareSignals(n)
         self._DeclareOutputs()
@@ -211,15 +212,14 @@ class BehaviorTree(LeafSystem):
                 "robot_signals", self._num_robots * SIGNAL_SIZE
             )
         self._silent_robots = np.tile(SILENT, self._num_robots)
-        self._signals = self.DeclareDiscreteState(
-            np.tile(SILENT, len(self._trees))
-        )
-        self.DeclareStateOutputPort("signals", self._signals)
+        signals = self.DeclareDiscreteState(np.tile(SILENT, len(self._trees)))
+        self.DeclareStateOutputPort("signals", signals)
+        self._signals = int(signals)
 
     def _DeclareOutputs(self) -> None:
         # The time is not among them: a held state gives held commands.
         prerequisites = {
-            self.discrete_state_ticket(self._memory),
+            self.discrete_state_ticket(DiscreteStateIndex(self._memory)),
             self.all_input_ports_ticket(),
         }
         # The one tick of a step, which the ports and the update read.

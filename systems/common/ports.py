@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 import math
 from typing import Any
-from weakref import WeakMethod
+from weakref import ref
 
 from pydrake.systems.framework import (
     Context,
@@ -49,6 +49,11 @@ def RobotStatesOf(port: InputPort, context: Context) -> Any:
         ) from None
 
 
+def CopyOf(port: InputPort, context: Context) -> Any:
+    """Returns a new array with the value of a port, in half of Eval's time."""
+    return port.EvalBasicVector(context).value().copy()
+
+
 def GoalOf(
     port: InputPort, context: Context
 ) -> tuple[float, float, float] | None:
@@ -58,7 +63,8 @@ def GoalOf(
     """
     if not port.HasValue(context):
         return None
-    x, y, yaw = port.EvalBasicVector(context).value().tolist()
+    goal = port.EvalBasicVector(context)
+    x, y, yaw = goal.GetAtIndex(0), goal.GetAtIndex(1), goal.GetAtIndex(2)
     return (x, y, yaw) if math.isfinite(x + y + yaw) else None
 
 
@@ -138,18 +144,17 @@ def CheckPorts(
         raise TypeError(f"{what} lacks ports of its kind: {'; '.join(faults)}")
 
 
-def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a callback that does not keep the object of a bound method alive.
+def weakly(method: Any) -> Callable[..., Any]:
+    """Returns a callback that does not keep the system of a method alive.
 
     pydrake keeps the callbacks of cache entries and of abstract output ports
     where Python's garbage collector does not see them: a bound method there
     would keep its system, and the whole diagram, alive for ever.
     """
-    reference = WeakMethod(method)
+    owner, function = ref(method.__self__), method.__func__
 
     def call(*arguments: Any) -> Any:
-        bound = reference()
-        assert bound is not None, "Drake calls back only while it is alive"
-        return bound(*arguments)
+        # (Drake calls back only while it is alive.)
+        return function(owner(), *arguments)
 
     return call

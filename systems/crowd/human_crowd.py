@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 import copy
+import math
 import sys
 from typing import Any
 
@@ -15,6 +16,7 @@ from pydrake.systems.framework import (
     BasicVector,
     BasicVector_,
     Context,
+    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem_,
@@ -189,9 +191,10 @@ def HumanCrowd_(T: Any) -> type:
 
         def _DeclareStateAndParameters(self, seed: int) -> None:
             start, *parameters = self._Draw(seed)
-            self._state = self.DeclareDiscreteState(start)
-            self._stances = self.DeclareDiscreteState(
-                STANCE_SIZE * len(self._humans)
+            # (Numbers are found faster by an integer than by a typed index.)
+            self._state = int(self.DeclareDiscreteState(start))
+            self._stances = int(
+                self.DeclareDiscreteState(STANCE_SIZE * len(self._humans))
             )
             self._weights, self._seed = (
                 self.DeclareNumericParameter(BasicVector_[T](vector))
@@ -200,7 +203,7 @@ def HumanCrowd_(T: Any) -> type:
 
         def _DeclareOutputs(self) -> None:
             n = len(self._humans)
-            state = self.discrete_state_ticket(self._state)
+            state = self.discrete_state_ticket(DiscreteStateIndex(self._state))
             inputs = self.all_input_ports_ticket()
             weights = self.numeric_parameter_ticket(
                 NumericParameterIndex(self._weights)
@@ -354,7 +357,8 @@ def HumanCrowd_(T: Any) -> type:
 
         def _CheckRobots(self, context: Context, robots: Array) -> None:
             """Raises a RuntimeError if a number of the robots is NaN."""
-            if np.isnan(robots).any():
+            # (A sum is found faster; that of infinite numbers may be NaN.)
+            if math.isnan(sum(robots.tolist())) and np.isnan(robots).any():
                 raise RuntimeError(
                     f"{self.GetSystemPathname()}, t = {context.get_time():.3f}"
                     f" s: robot_states must be numbers, got {robots.tolist()}."

@@ -9,6 +9,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem,
@@ -27,7 +28,7 @@ from hunav_drake.systems.common.layout import (
     Contact,
     is_outside,
 )
-from hunav_drake.systems.common.ports import GoalOf, weakly
+from hunav_drake.systems.common.ports import CopyOf, GoalOf, weakly
 from hunav_drake.systems.common.poses import is_at_goal
 from hunav_drake.systems.evaluation.evaluator_config import EvaluatorConfig
 from hunav_drake.systems.evaluation.recording import Recording, describe_people
@@ -160,10 +161,11 @@ class Evaluator(LeafSystem):
         self._samples = self.DeclareAbstractState(
             AbstractValue.Make(Sample.start(self._n))
         )
-        self._window = self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0])
-        self._updated = self.DeclareDiscreteState([-math.inf])
+        # (Numbers are found faster by an integer than by a typed index.)
+        self._window = int(self.DeclareDiscreteState([0.0, *_NO_GOAL, 0.0]))
+        self._updated = int(self.DeclareDiscreteState([-math.inf]))
         if feels_forces:
-            self._peaks = self.DeclareDiscreteState(self._n)
+            self._peaks = int(self.DeclareDiscreteState(self._n))
         self.DeclarePeriodicDiscreteUpdateEvent(time_step, 0.0, self._Update)
         self._DeclareOutputs()
         exact = self._every & (self._every - 1) == 0
@@ -185,7 +187,7 @@ class Evaluator(LeafSystem):
             self._CalcMetrics,
             prerequisites_of_calc={
                 self.abstract_state_ticket(self._samples),
-                self.discrete_state_ticket(self._window),
+                self.discrete_state_ticket(DiscreteStateIndex(self._window)),
                 self.input_port_ticket(self._goal.get_index()),
             },
         )
@@ -297,15 +299,15 @@ class Evaluator(LeafSystem):
             )
 
     def _Sample(self, context: Context, last: Sample) -> Sample:
-        # Eval() returns new arrays, so the sample can keep them.
+        # (New arrays, so that the sample can keep them.)
         status, replay, signals = (
-            it.Eval(context) if it.HasValue(context) else None
+            CopyOf(it, context) if it.HasValue(context) else None
             for it in (self._behavior_status, self._replay, self._signals)
         )
         return Sample(
             previous=last,
             time=context.get_time(),
-            robot=self._robot_state.Eval(context),
+            robot=CopyOf(self._robot_state, context),
             humans=self._EvalHumans(context) if self._n else np.zeros(0),
             status=status,
             contacts=self._EvalContacts(context),
@@ -317,7 +319,7 @@ class Evaluator(LeafSystem):
         """Returns the rows of contacts, with the peak forces until now."""
         if not self._contacts.HasValue(context):
             return None
-        contacts: Array = self._contacts.Eval(context)
+        contacts: Array = CopyOf(self._contacts, context)
         if self._feels_forces:
             rows = contacts.reshape(-1, CONTACT_SIZE)
             # (A contact that ended before the recording began does not count.)
@@ -326,12 +328,13 @@ class Evaluator(LeafSystem):
                 context.get_discrete_state(self._peaks).value(),
             )
         if self._wall_contact.HasValue(context):
-            contacts = np.append(contacts, self._wall_contact.Eval(context))
+            wall = self._wall_contact.EvalBasicVector(context).value()
+            contacts = np.concatenate([contacts, wall])
         return contacts
 
     def _Update(self, context: Context, state: DiscreteValues) -> None:
-        # (Drake converts an array in half the time of a list.)
-        state.set_value(self._updated, np.array([context.get_time()]))
+        now = context.get_time()
+        state.get_mutable_vector(self._updated).SetAtIndex(0, now)
         if not self._feels_forces:
             return
         last = context.get_abstract_state(self._samples).get_value()
@@ -344,7 +347,7 @@ class Evaluator(LeafSystem):
 
     def _EvalHumans(self, context: Context) -> Array:
         """Returns the rows of people, NaN for people outside."""
-        humans: Array = self._human_states.Eval(context)
+        humans: Array = CopyOf(self._human_states, context)
         rows = humans.reshape(-1, STATE_SIZE)
         outside = is_outside(rows)
         if outside.any():

@@ -4,10 +4,10 @@ from enum import IntEnum
 import math
 from typing import Any
 
-import numpy as np
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem,
@@ -62,7 +62,7 @@ class StepMonitor(LeafSystem):
         begin just after them.
         """
         self.ValidateContext(context)
-        (time,) = context.get_discrete_state(self._updated).value()
+        time = context.get_discrete_state(self._updated).GetAtIndex(0)
         return bool(0 <= context.get_time() - time <= 1e-9 * self._time_step)
 
     def IsStep(self, context: Context) -> bool:
@@ -135,15 +135,16 @@ class TrialMonitor(StepMonitor):
             "robot_state", STATE_SIZE
         )
         self._goal = self.DeclareVectorInputPort("goal", 3)
-        self._state = self.DeclareDiscreteState(4)
-        self._updated = self.DeclareDiscreteState([-math.inf])
+        # (Numbers are found faster by an integer than by a typed index.)
+        self._state = int(self.DeclareDiscreteState(4))
+        self._updated = int(self.DeclareDiscreteState([-math.inf]))
         self._status = self.DeclareVectorOutputPort(
             "trial_status",
             1,
             self._CalcStatus,
             prerequisites_of_calc={
                 self.time_ticket(),
-                self.discrete_state_ticket(self._state),
+                self.discrete_state_ticket(DiscreteStateIndex(self._state)),
                 self.all_input_ports_ticket(),
             },
         )
@@ -170,37 +171,43 @@ class TrialMonitor(StepMonitor):
         goal = GoalOf(self._goal, context)
         if goal is None:
             return TrialStatus.RUNNING
-        robot = self._robot_state.EvalBasicVector(context).value().tolist()
+        x, y, yaw = self._EvalPose(context)
         if is_at_goal(
-            (robot[X], robot[Y], robot[YAW]),
+            (x, y, yaw),
             goal,
             tolerance=self._goal_tolerance,
             yaw_tolerance=self._goal_yaw_tolerance,
         ):
             return TrialStatus.GOAL
-        state = context.get_discrete_state(self._state).value().tolist()
-        near_x, near_y, since, known = state
+        near_x, near_y, since, known = self._GetPlace(context)
         if (
             known
-            and math.hypot(near_x - robot[X], near_y - robot[Y])
-            <= self._stuck_distance
+            and math.hypot(near_x - x, near_y - y) <= self._stuck_distance
             and context.get_time() - since >= self._stuck_time
         ):
             return TrialStatus.STUCK
         return TrialStatus.RUNNING
 
+    def _EvalPose(self, context: Context) -> tuple[float, float, float]:
+        """Returns the (x, y, yaw) of the robot."""
+        # (A view of the vector takes longer than a few numbers.)
+        robot = self._robot_state.EvalBasicVector(context)
+        return robot.GetAtIndex(X), robot.GetAtIndex(Y), robot.GetAtIndex(YAW)
+
+    def _GetPlace(self, context: Context) -> tuple[float, float, float, float]:
+        """Returns the place (x, y), since when, and whether there is one."""
+        get = context.get_discrete_state(self._state).GetAtIndex
+        return get(0), get(1), get(2), get(3)
+
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        # (Drake converts an array in half the time of a list.)
-        discrete_state.set_value(self._updated, np.array([context.get_time()]))
-        robot = self._robot_state.EvalBasicVector(context).value().tolist()
-        state = context.get_discrete_state(self._state).value().tolist()
-        near_x, near_y, _, known = state
-        moved = math.hypot(near_x - robot[X], near_y - robot[Y])
+        now = context.get_time()
+        discrete_state.get_mutable_vector(self._updated).SetAtIndex(0, now)
+        x, y, _ = self._EvalPose(context)
+        near_x, near_y, _, known = self._GetPlace(context)
+        moved = math.hypot(near_x - x, near_y - y)
         waits = (
             GoalOf(self._goal, context) is None
             or self._status.Eval(context)[0] == TrialStatus.GOAL
         )
         if waits or not known or moved > self._stuck_distance:
-            discrete_state.set_value(
-                self._state, [robot[X], robot[Y], context.get_time(), 1.0]
-            )
+            discrete_state.set_value(self._state, [x, y, now, 1.0])

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem,
@@ -99,20 +100,23 @@ class DifferentialDrive(LeafSystem):
             self._others = self.DeclareVectorInputPort(
                 "other_robot_states", STATE_SIZE * num_others
             )
-        self._state = self.DeclareDiscreteState([*config.start, 0.0, 0.0])
+        # (Numbers are found faster by an integer than by a typed index.)
+        self._state = int(self.DeclareDiscreteState([*config.start, 0.0, 0.0]))
         self._robot_state = self.DeclareVectorOutputPort(
             "robot_state",
             STATE_SIZE,
             self._CalcRobotState,
             prerequisites_of_calc={self.xd_ticket()},
         )
-        self._memory = self.DeclareDiscreteState(MEMORY_SIZE)
-        self._lost = self.DeclareDiscreteState(2)
+        self._memory = int(self.DeclareDiscreteState(MEMORY_SIZE))
+        self._lost = int(self.DeclareDiscreteState(2))
         self._wall_contact = self.DeclareVectorOutputPort(
             "wall_contact",
             CONTACT_SIZE,
             self._CalcWallContact,
-            prerequisites_of_calc={self.discrete_state_ticket(self._memory)},
+            prerequisites_of_calc={
+                self.discrete_state_ticket(DiscreteStateIndex(self._memory))
+            },
         )
         self.DeclarePeriodicDiscreteUpdateEvent(
             period_sec=time_step, offset_sec=0.0, update=self._Update
@@ -158,13 +162,14 @@ class DifferentialDrive(LeafSystem):
         context.SetDiscreteState(self._state, state)
 
     def _CalcRobotState(self, context: Context, output: BasicVector) -> None:
-        state = context.get_discrete_state(self._state).value()
-        x, y, yaw, v, omega = state.tolist()
-        lost_x, lost_y = context.get_discrete_state(self._lost).value().tolist()
-        vx, vy = v * math.cos(yaw) - lost_x, v * math.sin(yaw) - lost_y
-        # (Drake converts an array in half the time of a list.)
-        row = np.array([x, y, yaw, vx, vy, omega, self._radius])
-        output.SetFromVector(row)
+        # (A few numbers take less time than views of vectors.)
+        state = context.get_discrete_state(self._state).GetAtIndex
+        lost = context.get_discrete_state(self._lost).GetAtIndex
+        x, y, yaw, v = state(0), state(1), state(2), state(3)
+        vx, vy = v * math.cos(yaw) - lost(0), v * math.sin(yaw) - lost(1)
+        row = (x, y, yaw, vx, vy, state(4), self._radius)
+        for i, number in enumerate(row):
+            output.SetAtIndex(i, number)
 
     def _Update(self, context: Context, discrete_state: DiscreteValues) -> None:
         after = drive_disc(

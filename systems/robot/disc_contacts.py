@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem,
@@ -74,12 +75,15 @@ class DiscContacts(LeafSystem):
         self._robot_touches = self.DeclareVectorInputPort(
             "robot_touches", TOUCH_SIZE * n
         )
-        self._memory = self.DeclareDiscreteState(MEMORY_SIZE * n)
+        # (Numbers are found faster by an integer than by a typed index.)
+        self._memory = int(self.DeclareDiscreteState(MEMORY_SIZE * n))
         self._contacts = self.DeclareVectorOutputPort(
             "contacts",
             CONTACT_SIZE * n,
             self._CalcContacts,
-            prerequisites_of_calc={self.discrete_state_ticket(self._memory)},
+            prerequisites_of_calc={
+                self.discrete_state_ticket(DiscreteStateIndex(self._memory))
+            },
         )
         if n:
             self.DeclarePeriodicDiscreteUpdateEvent(

@@ -103,15 +103,16 @@ class SceneKinematics(LeafSystem):
             "positions", num_positions, self._CalcPositions
         )
         n, size = self._human_positions.shape
-        self._gait = self.DeclareDiscreteState(initial_gait(figures.numbers()))
+        # (Numbers are found faster by an integer than by a typed index.)
+        gait = self.DeclareDiscreteState(initial_gait(figures.numbers()))
+        self._gait = int(gait)
         self._signals: InputPort | None = None
         if size == LIVELY_SIZE:
             self._signals = self.DeclareVectorInputPort(
                 "social_signals", SIGNAL_SIZE * n
             )
-            self._manners = self.DeclareDiscreteState(
-                initial_manners(figures.numbers())
-            )
+            manners = initial_manners(figures.numbers())
+            self._manners = int(self.DeclareDiscreteState(manners))
         if len(self._human_positions):
             self.DeclarePeriodicDiscreteUpdateEvent(
                 period_sec=time_step, offset_sec=0.0, update=self._Advance
