@@ -283,8 +283,13 @@ def _lock(locks, byte, patience):
             if time.monotonic() >= end:
                 return False
             # (Another process may wait for what is held here.)
-            if meanwhile and not _held and patience == _PATIENCE:
-                meanwhile.pop()()
+            ahead = None
+            if not _held and patience == _PATIENCE:
+                # (Another thread may clear it.)
+                with contextlib.suppress(IndexError):
+                    ahead = meanwhile.pop()
+            if ahead is not None:
+                ahead()
             else:
                 time.sleep(0.01)
         else:
@@ -436,14 +441,22 @@ def jit_part(function):
         return _whole(function)
 
     def compile_for_args(*values, **named):
-        known = len(whole().overloads)
-        entry = whole()._compile_for_args(*values, **named)
-        for result in [*whole().overloads.values()][known:]:
-            types = [it._code for it in result.signature.args]
-            part._insert(types, result.entry_point, False)
+        # (One thread compiles, the others wait for it.)
+        with global_compiler_lock:
+            known = len(whole().overloads)
+            entry = whole()._compile_for_args(*values, **named)
+            for result in [*whole().overloads.values()][known:]:
+                types = [it._code for it in result.signature.args]
+                part._insert(types, result.entry_point, False)
         return entry
 
+    def reduce(_):
+        # By its name, as other functions: its machine code is elsewhere.
+        name = function.__qualname__
+        return (jit_part, (function,)) if "<locals>" in name else name
+
     part.whole = whole
+    part.__reduce_ex__ = reduce
     part.add_overload = add_overload
     part._compile_for_args = compile_for_args
     return part
@@ -475,8 +488,12 @@ def part_as(result, *arguments):
         def get_call_template(types, keywords):
             if not part.overloads:
                 part.compile(signature)
-                part.disable_compile()
-            return call_template(types, keywords)
+            # Only Python may call it with other types.
+            part.disable_compile()
+            try:
+                return call_template(types, keywords)
+            finally:
+                part.disable_compile(False)
 
         part.get_call_template = get_call_template
         return part
@@ -529,7 +546,8 @@ def _compiled_when_used(kernel, signature):
             if kernel.overloads:
                 return
             with _locked(kernel, waits=waits) as is_mine:
-                if is_mine:
+                # (While this one waited, another kernel may have needed it.)
+                if is_mine and not kernel.overloads:
                     kernel.compile(signature)
                     # Now other types are refused, and numbers converted.
                     kernel.disable_compile()

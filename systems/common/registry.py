@@ -327,7 +327,8 @@ class Registry(Mapping[str, type[Any]]):
         module, colon, place = name.partition(":")
         if known is not None or not (colon and module and place):
             return known
-        if not may_import(module):
+        own = self._home.values() if isinstance(self._home, Mapping) else ()
+        if not may_import(module) and module not in own:
             raise _NoChoiceError(
                 f"{shown(name)} is code in a module, and a scenario runs none"
                 f" here; import {shown(module)} beforehand, as by --import"

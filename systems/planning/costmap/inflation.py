@@ -17,6 +17,9 @@ from hunav_drake.systems.world.maps.costs import (
 # Tolerance of distances, as a fraction of a cell.
 _ROUNDING = 1e-9
 
+# For more cells, times the reach in cells, SciPy is faster, once it is loaded.
+_MUCH = 16_000_000
+
 
 @functools.lru_cache(maxsize=32)
 def inflation_costs(
@@ -64,7 +67,16 @@ def inflate(costs: Costs, graded: Array) -> Costs:
     lethal = costs == LETHAL
     if not lethal.any():
         return costs.copy()
-    squares = _squared_distances(lethal, len(graded))
+    far = math.isqrt(len(graded))
+    if lethal.size * far <= _MUCH:
+        squares = _squared_distances(lethal, len(graded))
+    else:
+        # Imported here: that takes longer than the inflation of most maps.
+        from scipy import ndimage
+
+        distances = ndimage.distance_transform_edt(~lethal)
+        squares = np.rint(distances * distances).astype(np.int64)
+        np.minimum(squares, len(graded), out=squares)
     near = np.append(graded, FREE).astype(np.uint8)[squares]
     unknown = costs == UNKNOWN
     result: Costs = np.maximum(near, costs)
@@ -75,8 +87,7 @@ def inflate(costs: Costs, graded: Array) -> Costs:
 def _squared_distances(lethal: Array, most: int) -> Array:
     """Returns each cell's squared distance from the next lethal cell, in cells.
 
-    Values are at most `most`. (To import SciPy's distance transform takes
-    longer than a trial's inflation.)
+    Values are at most `most`.
     """
     rows = np.arange(len(lethal))[:, np.newaxis]
     far = len(lethal) + math.isqrt(most) + 1

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import astuple, dataclass
+import math
 import pickle
 import subprocess
 import sys
@@ -12,14 +13,17 @@ import numpy as np
 import pytest
 
 from hunav_drake.systems.common.kernels import (
+    INTEGER,
     MATRIX,
     REAL,
     jit,
     jit_as,
     number_functions_apart,
+    part_as,
     reads,
     unowned,
 )
+from hunav_drake.systems.robot.disc_step import _wrap_angle
 
 
 @pytest.fixture
@@ -175,6 +179,32 @@ def test_errors_in_parts_reach_python_also_from_code_on_disk(tmp_path):
     assert output("taken") == ["1.0", told, "1 0"]
 
 
+def test_a_part_is_pickled_by_its_name():
+    """Its machine code is that of kernels, and is not in other processes."""
+    code = (
+        "import pickle, sys;print(pickle.loads(sys.stdin.buffer.read())(7.0))"
+    )
+    told = subprocess.check_output(
+        [sys.executable, "-c", code], input=pickle.dumps(_wrap_angle)
+    )
+    assert float(told) == pytest.approx(7.0 - 2 * math.pi)
+
+
+def test_a_part_of_fixed_types_is_for_python_too():
+    @part_as(REAL, REAL)
+    def half(number):
+        return number / 2
+
+    @jit_as(REAL, INTEGER)
+    def quarter(number):
+        return half(number) / 2
+
+    assert quarter(3) == 0.75
+    assert len(half.overloads) == 1
+    assert half(3.0) == 1.5
+    assert half(3) == 1.5
+
+
 LOCKED = """
 import sys, time
 from hunav_drake.systems.common import kernels
@@ -188,7 +218,7 @@ def first(number):
 def second(number):
     return number + 2
 
-if len(sys.argv) > 1:
+if sys.argv[1] == "hold":
     with kernels._locked(first, waits=True):
         print("held", flush=True)
         sys.stdin.readline()
@@ -196,6 +226,10 @@ else:
     def other():
         second.compile_once(waits=False)
         print("second", len(first.overloads), len(second.overloads), flush=True)
+        if sys.argv[1] == "need":
+            # As for a kernel that calls it.
+            first.compile(first.signature)
+            first.disable_compile()
 
     kernels.meanwhile.append(other)
     print(first(1.0), flush=True)
@@ -203,13 +237,15 @@ else:
 
 
 @pytest.mark.slow
-def test_who_waits_for_another_process_compiles_something_else(tmp_path):
+@pytest.mark.parametrize("need", ["wait", "need"])
+def test_who_waits_for_another_process_compiles_something_else(tmp_path, need):
+    """That may need, and so compile, what is waited for."""
     path = tmp_path / "two.py"
     path.write_text(LOCKED)
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen([sys.executable, path, "hold"], **pipes) as holder:
         assert holder.stdout.readline() == "held\n"
-        with subprocess.Popen([sys.executable, path], **pipes) as waiting:
+        with subprocess.Popen([sys.executable, path, need], **pipes) as waiting:
             assert waiting.stdout.readline() == "second 0 1\n"
             assert waiting.poll() is None
             holder.communicate("\n")

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from hunav_drake.systems.planning.costmap import inflate, inflation_costs
+from hunav_drake.systems.planning.costmap import (
+    inflate,
+    inflation,
+    inflation_costs,
+)
 from hunav_drake.systems.planning.costmap.footprint import (
     circle_footprint,
     footprint_cost,
@@ -88,7 +92,10 @@ def test_the_radius_is_in_whole_cells_rounded_up(resolution, radius):
 @pytest.mark.parametrize("shape", [(1, 1), (1, 30), (30, 1), (7, 40), (40, 7)])
 @pytest.mark.parametrize("share", [0.005, 0.1, 0.6])
 @pytest.mark.parametrize("radius", [0.05, 0.35, 3.0])
-def test_distances_are_those_of_scipy(shape, share, radius):
+@pytest.mark.parametrize("much", [0, 10**9])
+def test_distances_are_those_of_scipy(shape, share, radius, much, monkeypatch):
+    """Those of large maps, and of all others."""
+    monkeypatch.setattr(inflation, "_MUCH", much)
     graded = inflation_costs(
         0.1,
         inscribed_radius=0.1,
