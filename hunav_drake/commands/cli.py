@@ -104,6 +104,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     imports: Sequence[str] = ()
     try:
         options = _make_parser(words).parse_args(words)
+        # Whether this process is for the command only.
+        options.alone = arguments is None
         imports = getattr(options, "imports", ())
         with warnings.catch_warnings():
             # Its type is that of a function with more arguments.

@@ -331,7 +331,8 @@ def keep_run(
     meshcat: Any = None,
 ) -> list[str]:
     """Writes the files of a run, with Meshcat's replay; returns messages."""
-    load_matplotlib()
+    if getattr(options, "alone", False):
+        load_matplotlib()
     from hunav_drake.report.writing import WriteReport
     from hunav_drake.runs.result_files import WriteResult
     from hunav_drake.scenario import SaveScenario

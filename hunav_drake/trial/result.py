@@ -58,7 +58,6 @@ class MetricTables:
         evaluation: The metrics; NaN where one could not be computed.
         evaluations_by_behavior: The metrics of each behavior, as if only its
             people were present.
-        attrs: By name of a metric, its "units", "families" and "directions".
     """
 
     def __init__(
@@ -70,7 +69,15 @@ class MetricTables:
         """Constructs MetricTables: see the attributes."""
         self.evaluation = evaluation
         self.evaluations_by_behavior = evaluations_by_behavior
-        self.attrs = attrs
+        self._attrs = attrs
+
+    @property
+    def attrs(self) -> Mapping[str, dict[str, str]]:
+        """By name of a metric, its "units", "families" and "directions"."""
+        if "metrics" not in vars(self):
+            return self._attrs
+        attrs: Mapping[str, dict[str, str]] = self.metrics.attrs
+        return attrs
 
     @property
     def values(self) -> dict[str, float]:
@@ -111,7 +118,7 @@ class MetricTables:
 
     @property
     def _names_by_behavior(self) -> list[str]:
-        families = self.attrs[FACTS["family"]]
+        families = self._attrs[FACTS["family"]]
         return [
             it
             for it in self.evaluation.values
@@ -122,7 +129,7 @@ class MetricTables:
     def metrics(self) -> "pd.Series":
         """See `TrialResult.metrics`."""
         table = self.evaluation.table()
-        table.attrs |= self.attrs
+        table.attrs |= self._attrs
         return table
 
     @cached_property
@@ -135,7 +142,7 @@ class MetricTables:
         """See `TrialResult.by_behavior`."""
         names = self._names_by_behavior
         table = behavior_table(self.evaluations_by_behavior, names)
-        table.attrs |= self.attrs
+        table.attrs |= self._attrs
         return table
 
     @cached_property
@@ -296,8 +303,9 @@ def with_values(
     """
     tables = result.tables
     attrs = {
-        key: known | {name: facts[key] for name, (_, facts) in more.items()}
-        for key, known in tables.attrs.items()
+        key: {**tables.attrs.get(key, {})}
+        | {name: facts[key] for name, (_, facts) in more.items()}
+        for key in FACTS.values()
     }
     evaluation = tables.evaluation._replace(
         values=tables.values | {name: it for name, (it, _) in more.items()},

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from hunav_drake import ReadRecording
+from hunav_drake import ReadRecording, WriteReport
 from hunav_drake.runs import result_files
 from hunav_drake.runs.result_files import LoadResults, WriteResult
 from hunav_drake.runs.run_folders import find_pages, find_runs
@@ -152,6 +152,26 @@ def test_texts_of_series_are_those_of_pandas(series, name):
     assert own.step_texts == written
     own.steps.loc[0.0, "b"] = 7.0
     assert ",7\n" in own.step_texts[None]
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_facts_that_a_user_replaces_count(tmp_path, whole):
+    result = make_timeout()
+    metrics = result.metrics
+    metrics["mine"] = 3.25
+    attrs = {key: {**facts} for key, facts in metrics.attrs.items()}
+    attrs["units"]["mine"] = "kg"
+    attrs["families"]["mine"] = "proxemics"
+    if whole:
+        metrics.attrs = attrs
+    else:
+        metrics.attrs |= attrs
+    facts = {"unit": "kg", "family": "proxemics", "direction": "none"}
+    assert make_row(result).facts == {"mine": facts}
+    page = WriteReport(result, tmp_path / "report.html").read_text()
+    headline = page.partition('id="plots"')[0]
+    assert "mine" in headline
+    assert "kg" in headline
 
 
 def test_values_by_behavior_are_those_of_the_table():
