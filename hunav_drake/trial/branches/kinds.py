@@ -13,6 +13,8 @@ from hunav_drake.scenario import LoadScenario, SaveScenario
 from hunav_drake.scenario.fleet import robots_of
 from hunav_drake.scenario.schema import Scenario
 from hunav_drake.scenario.writer import plain
+from hunav_drake.systems.common.suggest import shown, suggestion
+from hunav_drake.systems.planning.planner import PLANNERS
 from hunav_drake.trial.leaving import (
     LeaveOut,
     SetRobotCommand,
@@ -69,7 +71,16 @@ class WithPlanner(Branch):
     robot: str = ""
 
     def overrides(self, scenario: Scenario) -> list[str]:
-        """Returns the change of the planner."""
+        """Returns the change of the planner.
+
+        Raises:
+            ValueError: If there is no planner of that name.
+        """
+        if ":" not in self.planner and self.planner not in PLANNERS:
+            raise ValueError(
+                f"there is no planner {shown(self.planner)};"
+                f" {suggestion(self.planner, list(PLANNERS))}"
+            )
         _, part = robot_part(scenario, self.robot)
         before = plain(part.scenario.planner)
         kept = {

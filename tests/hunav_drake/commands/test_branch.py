@@ -112,7 +112,10 @@ def test_who_has_no_values_for_goals_that_nobody_has(hunav):
         (("branch", "crossing", "--at", "50"), "the trial ends before, at"),
         (("branch", "crossing", "--at", "0.33"), "a multiple of"),
         (("branch", "crossing", "--without", "bob"), "no person 'bob'"),
-        (("branch", "crossing", "--planner", "dwbb"), "no planner 'dwbb'"),
+        (
+            ("branch", "crossing", "--planner", "dwbb"),
+            "hunav: there is no planner 'dwbb'; did you mean 'dwb'?\n",
+        ),
         (("branch", "crossing", "--of", "b"), "no robot 'b'"),
         (("branch", "crossing", "--reference", "x"), "name of a branch"),
         (("branch", "crossing", "--until", "0"), "until must be a time"),
