@@ -179,6 +179,7 @@ def test_errors_in_parts_reach_python_also_from_code_on_disk(tmp_path):
     assert output("taken") == ["1.0", told, "1 0"]
 
 
+@pytest.mark.slow
 def test_a_part_is_pickled_by_its_name():
     """Its machine code is that of kernels, and is not in other processes."""
     code = (
