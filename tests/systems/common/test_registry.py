@@ -270,6 +270,22 @@ assert PLANNERS.make({"type": "scl"})
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.slow
+def test_the_place_of_a_choice_of_the_package_is_no_foreign_code():
+    """Also where scenarios run no code, and before others are loaded."""
+    code = """
+from hunav_drake.systems.common.choice_loading import registered_only
+from hunav_drake.systems.planning.planner import PLANNERS
+with registered_only():
+    PLANNERS.make("hunav_drake.systems.planning.mppi.mppi:MppiPlanner")
+    try:
+        PLANNERS.make("antigravity:Planner")
+    except ValueError as error:
+        assert "code in a module" in str(error)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.mark.parametrize("name", ["", None, 5, ["x"]])
 def test_a_name_is_a_text(dut, name):
     with pytest.raises(ValueError, match="the name of a brush is a text, got"):
