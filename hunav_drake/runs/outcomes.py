@@ -7,10 +7,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import pandas as pd
-else:
-    import lazy_loader
-
-    pd = lazy_loader.load("pandas")
 
 # Messages that differ only in numbers count as equal.
 _NUMBER = re.compile(r"\d+(\.\d+)?")
@@ -30,6 +26,9 @@ def count_outcomes(runs: "pd.DataFrame", by: Iterable[str]) -> "pd.DataFrame":
         `end_reason`, `count`, `runs` (the number of runs of the kind) and
         `message`: the most frequent one, with its count if there are others.
     """
+    # (The page of a single run needs none.)
+    import pandas as pd
+
     by = list(by)
     rows = []
     for kind, own in runs.groupby(by, sort=False, dropna=False):

@@ -33,13 +33,7 @@ from hunav_drake.trial.provenance import Provenance
 from hunav_drake.trial.result import EndReason, TrialResult
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from hunav_drake.systems.evaluation.recording import Recording
-else:
-    import lazy_loader
-
-    pd = lazy_loader.load("pandas")
 
 # The end reason of a run that raised an error.
 ERROR: Literal["error"] = "error"
@@ -126,13 +120,6 @@ class RunRow(NamedTuple):
     def key(self) -> tuple[str, int | None, int]:
         """The identity of a run in a suite."""
         return self.sha256, self.seed, self.repetition
-
-    def metric_values(self) -> "pd.Series":
-        """Returns the metrics by name, with facts about them in `attrs`."""
-        series = pd.Series(self.metrics, dtype=float, name="value")
-        series.index.name = "metric"
-        series.attrs |= self.attrs
-        return series
 
     @property
     def attrs(self) -> dict[str, Facts]:

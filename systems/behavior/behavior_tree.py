@@ -433,10 +433,10 @@ class BehaviorTree(LeafSystem):
         """Returns what all people and robots have shown in the last tick."""
         if self._signals is None:
             return self._no_robots
-        people = self._social_signals.Eval(context)
+        people = self._social_signals.EvalBasicVector(context).value()
         port, robots = self._robot_signals, self._silent_robots
         if port is not None and port.HasValue(context):
-            robots = port.Eval(context)
+            robots = port.EvalBasicVector(context).value()
         signals: Array = np.concatenate([people, robots])
         return signals
 

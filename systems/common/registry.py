@@ -13,7 +13,7 @@ A class that is not registered is named by its module: ``my_module:MyPlanner``.
 from collections.abc import Callable, Iterator, Mapping
 import dataclasses
 import functools
-import importlib
+import importlib.util
 import inspect
 from typing import Annotated, Any
 
@@ -55,13 +55,21 @@ class Registry(Mapping[str, type[Any]]):
             default: The `type` of a mapping without one; by default, a mapping
                 must have one.
             home: The module that registers the choices of the package, or that
-                of each, by name; loaded when it is needed.
+                of each, by name, relative to the package of `base`; loaded when
+                it is needed.
         """
         self.kind = kind
         self.default = default
         self._base = base
         base.__registry__ = self
-        self._home = home
+        # By name, "" for all names.
+        package = base.__module__.rpartition(".")[0]
+        homes = {"": home} if isinstance(home, str) else home
+        self._homes = {
+            name: importlib.util.resolve_name(module, package)
+            for name, module in homes.items()
+            if module
+        }
         self._choices: dict[str, type[Any]] = {}
         self._adapter: TypeAdapter[Any] = TypeAdapter(Annotated[Any, self])
 
@@ -80,9 +88,8 @@ class Registry(Mapping[str, type[Any]]):
     def __iter__(self) -> Iterator[str]:
         # (In any order of loading, choices come in that of the package.)
         choices = self._loaded()
-        own = self._home if isinstance(self._home, Mapping) else {}
         return iter(
-            dict.fromkeys([*(it for it in own if it in choices), *choices])
+            {it: None for it in (*self._homes, *choices) if it in choices}
         )
 
     def __len__(self) -> int:
@@ -191,15 +198,13 @@ class Registry(Mapping[str, type[Any]]):
         return {"oneOf": [*bare, *forms, place, placed]}
 
     def _loaded(self) -> dict[str, type[Any]]:
-        names = self._home if isinstance(self._home, Mapping) else [""]
-        for name in names:
+        for name in self._homes:
             self._load(name)
         return self._choices
 
     def _load(self, name: str) -> None:
         """Loads the module of a choice of the package."""
-        home = self._home
-        module = home if isinstance(home, str) else home.get(name)
+        module = self._homes.get(name, self._homes.get(""))
         if module and is_loaded(self):
             importlib.import_module(module)
 
@@ -327,8 +332,7 @@ class Registry(Mapping[str, type[Any]]):
         module, colon, place = name.partition(":")
         if known is not None or not (colon and module and place):
             return known
-        own = self._home.values() if isinstance(self._home, Mapping) else ()
-        if not may_import(module) and module not in own:
+        if not (may_import(module) or module in self._homes.values()):
             raise _NoChoiceError(
                 f"{shown(name)} is code in a module, and a scenario runs none"
                 f" here; import {shown(module)} beforehand, as by --import"

@@ -118,14 +118,11 @@ MOTION_MODELS = Registry(
     MotionModel,
     default="social_force",
     home={
-        name: f"hunav_drake.systems.crowd.{module}"
-        for name, module in (
-            ("anticipation_velocity", "anticipation_velocity"),
-            ("collision_free_speed", "collision_free_speed"),
-            ("headed_social_force", "headed_social_force"),
-            ("orca", "orca.model"),
-            ("social_force", "social_force.model"),
-        )
+        "anticipation_velocity": ".anticipation_velocity",
+        "collision_free_speed": ".collision_free_speed",
+        "headed_social_force": ".headed_social_force",
+        "orca": ".orca.model",
+        "social_force": ".social_force.model",
     },
 )
 

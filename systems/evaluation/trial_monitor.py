@@ -207,7 +207,8 @@ class TrialMonitor(StepMonitor):
         moved = math.hypot(near_x - x, near_y - y)
         waits = (
             GoalOf(self._goal, context) is None
-            or self._status.Eval(context)[0] == TrialStatus.GOAL
+            or self._status.EvalBasicVector(context).GetAtIndex(0)
+            == TrialStatus.GOAL
         )
         if waits or not known or moved > self._stuck_distance:
             discrete_state.set_value(self._state, [x, y, now, 1.0])

@@ -305,19 +305,16 @@ PLANNERS = Registry(
     PlannerConfig,
     default="pursuit",
     home={
-        name: f"hunav_drake.systems.planning.{module}"
-        for name, module in (
-            ("dwb", "dwb.dwb"),
-            ("scl", "dwb.scl"),
-            ("external", "external"),
-            ("mppi", "mppi.mppi"),
-            ("pursuit", "pursuit"),
-            ("bridge", "ros2.bridge"),
-            ("orca", "social.orca"),
-            ("sfm", "social.sfm"),
-            ("sfw", "social.sfw"),
-            ("stand", "stand"),
-        )
+        "dwb": ".dwb.dwb",
+        "scl": ".dwb.scl",
+        "external": ".external",
+        "mppi": ".mppi.mppi",
+        "pursuit": ".pursuit",
+        "bridge": ".ros2.bridge",
+        "orca": ".social.orca",
+        "sfm": ".social.sfm",
+        "sfw": ".social.sfw",
+        "stand": ".stand",
     },
 )
 

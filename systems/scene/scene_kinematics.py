@@ -141,10 +141,12 @@ class SceneKinematics(LeafSystem):
         )
         state.set_value(self._gait, gait)
         if self._signals is not None and self._signals.HasValue(context):
-            robots = [it.Eval(context) for it in self._robot_states]
+            robots = [
+                it.EvalBasicVector(context).value() for it in self._robot_states
+            ]
             manners = advance_manners(
                 context.get_discrete_state(self._manners).value(),
-                self._signals.Eval(context),
+                self._signals.EvalBasicVector(context).value(),
                 humans,
                 np.concatenate([np.zeros(0), *robots]),
                 self._time_step,

@@ -252,7 +252,7 @@ else:
 
 @pytest.mark.parametrize("registry", [PLANNERS, MOTION_MODELS])
 def test_each_choice_is_loaded_from_its_own_module(registry):
-    homes = registry._home
+    homes = registry._homes
     assert [it for it in registry if ":" not in it][: len(homes)] == [*homes]
     for name, module in homes.items():
         assert registry[name].__module__ == module
