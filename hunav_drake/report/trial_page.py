@@ -193,7 +193,10 @@ def _values(
         names = dict.fromkeys(map(base_name, names))
     for name in names:
         columns = [*(f"{robot}.{name}" for robot in robots), name]
-        first = next(it for it in columns if it in metrics)
+        # (A user may have dropped it from the table.)
+        if not (known := [it for it in columns if it in metrics]):
+            continue
+        first = known[0]
         unit = unit_of(result.tables, first)
         cells: list[Cell] = [
             number(metrics[it], unit) if it in metrics else "" for it in columns

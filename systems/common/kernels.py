@@ -443,17 +443,22 @@ def jit_part(function):
     def compile_for_args(*values, **named):
         # (One thread compiles, the others wait for it.)
         with global_compiler_lock:
-            known = len(whole().overloads)
-            entry = whole()._compile_for_args(*values, **named)
-            for result in [*whole().overloads.values()][known:]:
+            own = part.whole()
+            known = len(own.overloads)
+            entry = own._compile_for_args(*values, **named)
+            for result in [*own.overloads.values()][known:]:
                 types = [it._code for it in result.signature.args]
                 part._insert(types, result.entry_point, False)
         return entry
 
-    def reduce(_):
+    def reduce(protocol):
         # By its name, as other functions: its machine code is elsewhere.
-        name = function.__qualname__
-        return (jit_part, (function,)) if "<locals>" in name else name
+        found = sys.modules.get(function.__module__)
+        for name in function.__qualname__.split("."):
+            found = getattr(found, name, None)
+        if found is part:
+            return function.__qualname__
+        return type(part).__reduce_ex__(part, protocol)
 
     part.whole = whole
     part.__reduce_ex__ = reduce
@@ -483,6 +488,9 @@ def part_as(result, *arguments):
 
     def decorate(function):
         part = jit(function)
+        part.whole = functools.cache(
+            lambda: _compiled_when_used(_whole(function), signature)
+        )
         call_template = part.get_call_template
 
         def get_call_template(types, keywords):

@@ -79,7 +79,8 @@ class Registry(Mapping[str, type[Any]]):
         return self is other
 
     def __repr__(self) -> str:
-        return f"<{self.kind}s: {', '.join(sorted(self._choices))}>"
+        names = sorted({*self._homes, *self._choices} - {""})
+        return f"<{self.kind}s: {', '.join(names)}>"
 
     def __getitem__(self, name: str) -> type[Any]:
         self._load(name)

@@ -43,7 +43,10 @@ class Evaluation(NamedTuple):
         """Returns the values; their units are in `attrs["units"]`."""
         table = pd.Series(self.values, dtype=float, name="value")
         table.index.name = "metric"
-        table.attrs["units"] = {name: self.units[name] for name in self.values}
+        # (A user may have added values without units.)
+        table.attrs["units"] = {
+            name: self.units.get(name, "") for name in self.values
+        }
         return table
 
     def steps(self) -> "pd.DataFrame":

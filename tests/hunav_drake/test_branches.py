@@ -637,6 +637,7 @@ BAD = {
     },
     "there is no robot 'b'": {"branches": {"x": RobotGone("b")}},
     "there is no planner 'dwbb'": {"branches": {"x": WithPlanner("dwbb")}},
+    "must be the name of a planner, got 3": {"branches": {"x": WithPlanner(3)}},
     "robot.radius: it was 0.35, and is 0.2": {
         "branches": {"x": WithSettings(("robot.radius=0.2",))}
     },

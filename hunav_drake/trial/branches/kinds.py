@@ -76,12 +76,13 @@ class WithPlanner(Branch):
         Raises:
             ValueError: If there is no planner of that name.
         """
-        if ":" not in self.planner and self.planner not in PLANNERS:
-            raise ValueError(
-                f"there is no planner {shown(self.planner)};"
-                f" {suggestion(self.planner, list(PLANNERS))}"
-            )
         _, part = robot_part(scenario, self.robot)
+        name: Any = self.planner
+        if isinstance(name, str) and ":" not in name and name not in PLANNERS:
+            raise ValueError(
+                f"there is no planner {shown(name)};"
+                f" {suggestion(name, list(PLANNERS))}"
+            )
         before = plain(part.scenario.planner)
         kept = {
             key: before[key]

@@ -30,6 +30,7 @@ from hunav_drake.trial.result import (
     MakeTrialResult,
     MetricTables,
     TrialResult,
+    with_situations,
 )
 from tests.choices import COMMON_METRICS
 from tests.hunav_drake.passing_trials import make_recording, make_result
@@ -172,6 +173,15 @@ def test_facts_that_a_user_replaces_count(tmp_path, whole):
     headline = page.partition('id="plots"')[0]
     assert "mine" in headline
     assert "kg" in headline
+
+
+def test_metrics_that_a_user_adds_or_drops_do_no_harm(tmp_path):
+    result = make_timeout()
+    result.metrics["mine"] = 4.0
+    result.metrics.drop("path_length", inplace=True)
+    page = WriteReport(result, tmp_path / "report.html").read_text()
+    assert "path_length" not in page
+    assert with_situations(result).metrics["mine"] == 4.0
 
 
 def test_values_by_behavior_are_those_of_the_table():

@@ -1,6 +1,7 @@
 """Kernels of fixed types are compiled when they are used, and only so."""
 
 from concurrent.futures import ThreadPoolExecutor
+import copy
 from dataclasses import astuple, dataclass
 import math
 import pickle
@@ -204,6 +205,18 @@ def test_a_part_of_fixed_types_is_for_python_too():
     assert len(half.overloads) == 1
     assert half(3.0) == 1.5
     assert half(3) == 1.5
+    with pytest.raises(TypeError, match="too many arguments"):
+        half(3.0, 4.0)
+
+
+def test_numbers_of_python_are_those_of_kernels_in_a_part_of_fixed_types():
+    @part_as(REAL, REAL)
+    def square(number):
+        return number * number
+
+    assert square(4_000_000_000) == 1.6e19
+    assert copy.deepcopy(square) is square
+    assert pickle.loads(pickle.dumps(square)) is square
 
 
 LOCKED = """

@@ -263,6 +263,7 @@ def test_a_choice_is_made_without_loading_the_others():
 import sys
 from hunav_drake.systems.planning.planner import PLANNERS
 PLANNERS.make("pursuit")
+assert "dwb, external" in repr(PLANNERS)
 assert not [it for it in sys.modules if ".planning.dwb" in it]
 assert [*PLANNERS][0] == "dwb" and len(PLANNERS) == 10
 assert PLANNERS.make({"type": "scl"})
